@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.elements.coarse import Signs
-from shellmb.diagnostics.elements.finer import REMEDY, by_better
+from shellmb.diagnostics.elements.finer import BOUND, REMEDY, beyond, by_better, by_wider
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import stiffened_modes
 from shellmb.model.model import Model
 from shellmb.scene import Scene
 
-# part that values are off by from which on it is said
-BOUND = 0.02
 SECTIONS = stiffened_modes, wrinkled_modes
 
 
@@ -22,31 +22,37 @@ def beside_better(
     model: Model,
     modes: Sequence[Motion],
     unknowns: int,
-    values: Floats,
+    values: Floats | None,
     better: Callable[[Scene], Floats],
     what: str,
-) -> list[str] | None:
+) -> list[str]:
     """Sentences on modes that are not those of better elements; collective.
 
     Args:
         model: The model.
         modes: Its modes about the reference.
         unknowns: Number of unknowns.
-        values: What is compared of all modes, frequencies or load factors.
+        values: What is compared of all modes, frequencies or load factors; None: those of the scene
+            as `better` gives them.
         better: Gives the same of a scene.
         what: What it is called.
-
-    Returns:
-        None where they cannot be compared.
     """
-    if not any(_doubtful(model, name, modes) for name in model.shells):
+    # those of bodies in modes without loads may be singular
+    known = values is not None or not model.modal
+    if not known or not any(_doubtful(model, name, modes) for name in model.shells):
         return []
+    here = better(model.scene) if values is None else values
     # eigenproblems cost more than linear responses
-    found = by_better(model.scene, 2 * unknowns, better)
-    if found is None:
-        return None
-    right, how = found
-    off = {n: abs(values[n - 1] / right[n - 1] - 1) for n, *_ in modes if n <= len(right)}
+    if found := by_better(model.scene, 2 * unknowns, better):
+        right, how = found
+        parts = np.abs(here[: len(right)] / right[: len(here)] - 1)
+    elif wider := by_wider(model.scene, better):
+        how = wider[1]
+        count = min(len(here), *map(len, wider[0]))
+        parts = beyond(*(each[:count] for each in (here, *wider[0])))
+    else:
+        return []
+    off = {n: parts[n - 1] for n, *_ in modes if n <= len(parts)}
     far = [n for n in off if off[n] > BOUND]
     if not far:
         return []

@@ -7,8 +7,6 @@ from shellmb.diagnostics.base import Watch
 from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
-from shellmb.diagnostics.elements.edges import Twisted
-from shellmb.diagnostics.elements.locking import Locked
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.between import Between
@@ -30,8 +28,6 @@ WATCHES: tuple[type[Watch], ...] = (
     DampedModes,
     LargeTurns,
     Folded,
-    Locked,
-    Twisted,
     Coarse,
     Wrinkled,
     Unstable,

@@ -14,8 +14,6 @@ import shellmb as sm
 from shellmb.demos.verification.problems.elements.curved import hypar
 from shellmb.demos.verification.problems.elements.rows import Mesh
 from shellmb.diagnostics.elements.coarse import Coarse
-from shellmb.diagnostics.elements.edges import Twisted
-from shellmb.diagnostics.elements.locking import Locked
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 from tests.diagnostics.test_coarse import PULL, sphere, tube
@@ -109,16 +107,15 @@ BODIES: dict[str, tuple[Scene, float]] = {
 def said(scene: Scene) -> float:
     """What the run says, in per cent."""
     simulation = Simulation(replace(scene, scheme="linear-statics", probes=()))
-    watches = [Locked(None), Twisted(None), Coarse(None)]  # type: ignore[arg-type]
-    simulation.run(watches)
-    return sum(100 * (c.value or 0.0) for watch in watches for c in watch.cautions(simulation))
+    watch = Coarse(None)  # type: ignore[arg-type]
+    simulation.run([watch])
+    return sum(100 * (c.value or 0.0) for c in watch.cautions(simulation))
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_within_a_factor_of_two(name: str) -> None:
     """From two per cent on, and nothing is said of what is right."""
     scene, true = BODIES[name]
-    if true > 2:
-        assert true / 2 < said(scene) < 2 * true
-    else:
-        assert said(scene) == 0.0
+    found = said(scene)
+    print(f"{name}: {found:.1f} %, true {true} %")
+    assert true / 2 < found < 2 * true if true > 2 else found == 0.0

@@ -327,11 +327,4 @@ FAULTS = (
         "return [half(m, k) - half(k, m) for k, m in ACROSS]",
         (f"{BEAM}::test_strains_of_a_helix_in_closed_form",),
     ),
-    Fault(
-        "frequencies of modes that lock in proportion to the stiffness",
-        "shellmb/diagnostics/elements/locking.py",
-        "high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)",
-        "high = worst",
-        ("tests/diagnostics/test_locked.py::test_natural_modes_of_many_unknowns",),
-    ),
 )

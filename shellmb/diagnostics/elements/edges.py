@@ -20,16 +20,12 @@ import basix
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.diagnostics.base import Cautions, said_of
-from shellmb.diagnostics.elements.finer import known
-from shellmb.diagnostics.elements.sampled import Shares
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.scene import LinearSection
 from shellmb.scene.loads.loads import EdgeMoment
-from shellmb.simulate.simulation import Simulation
 
 # excess of stiffness from which on a run warns
 BOUND = 0.02
@@ -38,11 +34,6 @@ BOUND = 0.02
 TWIST, LAYER = 0.35 / 12, 0.1
 # distance of nodes that are at one place, over the size of the shell
 NEAR = 1e-6
-WHY = (
-    "elements at its free edges are wider than the layers there in which twisting moments fall to "
-    "zero, a third of its thickness; use elements of that width along free edges, or more "
-    "quadrilaterals across"
-)
 
 
 class Edges:
@@ -194,26 +185,3 @@ def edges_of(body: ShellModel, model: Model) -> Edges | None:
     turned = isinstance(section, LinearSection) and section.generic.D[:2, 2].any()
     found = Edges(body, model) if body.shell.transverse_shear and not turned else None
     return None if found is None or found.none else found
-
-
-class Twisted(Shares):
-    """Watches what elements at free edges add to the stiffness against twisting."""
-
-    name = "free edges"
-
-    def start(self, simulation: Simulation) -> None:
-        """Find the shells with free edges; the others cost nothing more."""
-        model = simulation.model
-        found = {name: edges_of(body, model) for name, body in model.shells.items()}
-        self._parts = {name: each.energy for name, each in found.items() if each is not None}
-        self.idle = not self._parts
-
-    def cautions(self, simulation: Simulation) -> Cautions:
-        """A sentence for each body that is too stiff; collective."""
-        for name, share in self.shares(simulation):
-            if share > BOUND and known(simulation, name) is None:
-                says = (
-                    f"{said_of(simulation, name)} is too stiff in twisting, by about "
-                    f"{100 * share:.0f} %: {WHY}"
-                )
-                yield self.caution(name, share, BOUND, says)

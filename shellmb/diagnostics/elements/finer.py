@@ -1,15 +1,18 @@
 """Errors of bodies beside better elements, by the response to small loads.
 
-Those are of degree 3, and half as wide if they are not too many: both are needed for an estimate
-within a factor of two of what locks, misses layers, or bends in twist (`docs/limits.md`).
+Those are regular ones of degree 3, and half as wide if they are not too many: both are needed for
+an estimate within a factor of two of what locks, misses layers, or bends in twist
+(`docs/limits.md`). What points or inertia pull is compared under loads of the shape of the body as
+it is deformed, which are smooth; very many unknowns with elements that are wider.
 """
 
 from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -21,11 +24,14 @@ from shellmb.arrays import Floats
 from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.diagnostics.elements.sampled import energy_of
 from shellmb.errors import ShellmbError, ShellmbWarning
+from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.locations.nodes import local_point
-from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import state
-from shellmb.scene import Fixed, Scene
-from shellmb.scene.loads.loads import PointLoad
+from shellmb.preprocessing.modal.tangent import bending, bending_scales
+from shellmb.scene import Scene
+from shellmb.scene.loads.loads import PointForce, PointLoad, SurfaceForce
+from shellmb.scene.loads.supports import Support
+from shellmb.scene.shells.gmsh_surfaces import OfFile
 from shellmb.simulate.simulation import Simulation
 
 # unknowns of better elements up to which these are used
@@ -39,6 +45,14 @@ BETTER: tuple[tuple[float, str, dict[str, Any]], ...] = (
 )
 # distance of nodes of both meshes that are at one place, over the size of the body
 NEAR = 1e-6
+# part that bodies are off by from which on a run warns
+BOUND = 0.02
+# displacements of linear runs and angles, rad, that are small, and many of the longest periods
+SMALL, TURNED, LONG = 1e-4, 0.3, 100.0
+# nodes of finer meshes around one between them
+SEVERAL = 16
+# powers of the terms of polynomials of degree 4
+POWERS = np.array([p for p in np.ndindex(5, 5, 5) if sum(p) < 5])
 # what to do where bodies are off
 REMEDY = "its elements are too coarse or too distorted; use finer or more regular ones, or degree=3"
 
@@ -58,42 +72,21 @@ class Finer(NamedTuple):
 _KNOWN: WeakKeyDictionary[Simulation, Finer | None] = WeakKeyDictionary()
 
 
-def known(simulation: Simulation, name: str) -> Finer | None:
+def known(simulation: Simulation, name: str, states: Mapping[str, Floats]) -> Finer | None:
     """Comparison with better elements that tells of a shell, made once for all; collective.
 
-    None of many unknowns, and where no load moves it, or no support holds it.
+    Args:
+        simulation: The run, at its end.
+        name: The shell.
+        states: Local arrays of shells where they are deformed most.
+
+    Returns:
+        None where there is none, or nothing deforms the shell.
     """
-    if not comparable(simulation, name):
-        return None
     if simulation not in _KNOWN:
-        _KNOWN[simulation] = _compared(simulation)
+        _KNOWN[simulation] = _compared(simulation, states)
     found = _KNOWN[simulation]
     return found if found is not None and name in found.off else None
-
-
-def comparable(simulation: Simulation, name: str) -> bool:
-    """Decide whether a shell is compared: not flat ones in motion or on points; collective.
-
-    Under forces at points displacements along a shell have no limit.
-    """
-    scene, body = simulation.scene, simulation.model.shells[name]
-    loads = [load for load in scene.loads if isinstance(load, PointLoad)]
-    loads = [load for load in loads if scene.bodies_of(load)[0].name == name]
-    if Mesh(body).curved:
-        return not any(_along(body, load) for load in loads)
-    places = [support.at for support in scene.supports if isinstance(support, Fixed)]
-    # coordinates, or the name of a point
-    points = any(at in body.surface_mesh.points or not isinstance(at[0], str) for at in places)
-    return scene.static and not (points or loads or scene.joints)
-
-
-def _along(body: ShellModel, load: PointLoad) -> bool:
-    """Decide whether a force acts along a shell rather than across it; collective."""
-    nodes, _ = local_point(body, load.at, load.label)
-    force = np.asarray(getattr(load, "force", np.zeros(3)))
-    across = np.abs(body.node_directors()[nodes, 0] @ force)
-    here = bool(np.any(across < np.linalg.norm(force) / 2))
-    return bool(body.mixed.space.mesh.comm.allreduce(here, op=MPI.LOR))
 
 
 def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tuple[T, str] | None:
@@ -114,6 +107,7 @@ def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tu
     elif any(shell.cell == "tri" for shell in scene.shells):
         # middles of sides, by which these are off, are no nodes of degree 3
         choices = [first, half, cubic]
+    regular = replace(scene, shells=tuple(replace(s, distortion=0.0) for s in scene.shells))
     # the run has warned of its scene
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ShellmbWarning)
@@ -122,53 +116,256 @@ def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tu
                 begin = time.perf_counter()
                 # triangles of files become no quadrilaterals
                 with suppress(ShellmbError):
-                    found = solve(scene.with_options(**options))
+                    found = solve(regular.with_options(**options))
                     return found, f"{what} ({time.perf_counter() - begin:.1f} s)"
     return None
 
 
-def _compared(simulation: Simulation) -> Finer | None:
-    def responses(finer: Scene) -> list[Simulation]:
-        runs, linear = [simulation], simulation.scheme.name == "linear-statics"
-        for scene in [finer] if linear else [simulation.scene, finer]:
-            still = scene.with_options(scheme="linear-statics", dt=scene.t_end)
-            runs.append(Simulation(still, simulation.model.comm))
-            runs[-1].run()
-        return runs[-2:]
+def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str] | None:
+    """Solve a scene with elements that are two and four times as wide, and say so; collective.
 
-    found = by_better(simulation.scene, simulation.problem.system.size, responses)
-    if found is None:
+    Args:
+        scene: The scene.
+        solve: Gives it.
+
+    Returns:
+        None where meshes are read, or cannot be solved.
+    """
+    if any(isinstance(shell.surface, OfFile) for shell in scene.shells):
         return None
-    runs, what = found
-    return Finer(_apart(*runs), f"by its response to small loads on {what}")
+    found = []
+    with warnings.catch_warnings(), suppress(ShellmbError):
+        warnings.simplefilter("ignore", ShellmbWarning)
+        for times in (2, 4):
+            shells = [
+                replace(s, mesh=(max(s.mesh[0] // times, 1), max(s.mesh[1] // times, 1)))
+                for s in scene.shells
+            ]
+            found.append(solve(replace(scene, shells=shells)))
+        return found, "elements two and four times as wide"
+    return None
 
 
-def _apart(*runs: Simulation) -> dict[str, float]:
+def beyond(here: Any, wider: Any, widest: Any) -> Any:
+    """Part that a stiffness is off by if errors fall as from mesh to mesh, to a quarter at least.
+
+    Args:
+        here: The stiffness, or several.
+        wider: That on a mesh twice as wide.
+        widest: That on a mesh four times as wide.
+    """
+    change, before = np.abs(wider - here), np.abs(widest - wider)
+    return change / np.maximum(before / np.maximum(change, 1e-300) - 1, 3) / np.abs(here)
+
+
+def _compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | None:
+    scene, shells, found = simulation.scene, simulation.model.shells, None
+    flat = {name for name, body in shells.items() if not Mesh(body).curved}
+    if scene.static or (scene.supports and len(flat) < len(shells)):
+        found = _beside(simulation, scene.with_options(scheme="linear-statics", dt=scene.t_end))
+    if found is None:
+        return _beside(simulation, _shaped(simulation, states), smooth=True)
+    # where points are pulled along a body it moves the more the finer elements are, as flat ones do
+    # that points hold or joints pull
+    doubted = {
+        name
+        for name, off in found.off.items()
+        if off > BOUND
+        and (
+            _pulled(simulation, name)
+            or (name in flat and (scene.joints or any(_points(simulation, name))))
+        )
+    }
+    doubted |= set() if scene.static else flat
+    shaped = _beside(simulation, _shaped(simulation, states), smooth=True) if doubted else None
+    if shaped is None:
+        return found
+    return found._replace(off=found.off | {n: e for n, e in shaped.off.items() if n in doubted})
+
+
+def _beside(simulation: Simulation, scene: Scene, smooth: bool = False) -> Finer | None:
+    """Compare a linear scene with its better one; collective.
+
+    Args:
+        simulation: The run that it is about.
+        scene: The scene.
+        smooth: Whether energies tell all.
+    """
+
+    def response(other: Scene) -> Simulation:
+        run = Simulation(other, simulation.model.comm)
+        run.run()
+        return run
+
+    said, unknowns = "by its response to small loads on", simulation.problem.system.size
+    if found := by_better(scene, unknowns, response):
+        off = _apart(response(scene), found[0], smooth)
+        return Finer(off, f"{said} {found[1]}") if off else None
+    if wider := by_wider(scene, response):
+        runs = [response(scene), *wider[0]]
+        off = {name: _extrapolated(runs, name) for name in simulation.model.shells}
+        return Finer(off, f"{said} {wider[1]}")
+    return None
+
+
+def _extrapolated(runs: Sequence[Simulation], name: str) -> float:
+    """Error of a shell in the first of three runs, by energies; collective."""
+    energies = [energy_of(run, name)() for run in runs]
+    return float(beyond(*(1 / e for e in energies))) if min(energies) > 0 else 0.0
+
+
+def _points(simulation: Simulation, name: str) -> list[bool]:
+    """Decide of each support of a shell, and each load at one place, whether it is at a point."""
+    scene, points = simulation.scene, simulation.model.shells[name].surface_mesh.points
+    every: list[Support | PointLoad] = [*scene.supports]
+    every += [load for load in scene.loads if isinstance(load, PointLoad)]
+    places = [each.at for each in every if scene.bodies_of(each)[0].name == name]
+    return [
+        at in points or not isinstance(at, str | tuple) or not isinstance(at[0], str)
+        for at in places
+    ]
+
+
+def _pulled(simulation: Simulation, name: str) -> bool:
+    """Decide whether a force at a point acts along a shell rather than across it; collective."""
+    body, here = simulation.model.shells[name], False
+    for load in simulation.scene.loads:
+        if isinstance(load, PointForce) and simulation.scene.bodies_of(load)[0].name == name:
+            nodes, _ = local_point(body, load.at, load.label)
+            across = np.abs(body.node_directors()[nodes, 0] @ np.asarray(load.force))
+            here |= bool(np.any(across < np.linalg.norm(load.force) / 2))
+    return bool(simulation.model.comm.allreduce(here, op=MPI.LOR))
+
+
+def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
+    """The scene under loads of the shape in which its shells are deformed; collective.
+
+    Forces on points, of joints and of inertia are spread over all of a body, and no longer known.
+    """
+    scene, loads, step = simulation.scene, [], simulation.scene.t_end
+    for name, q in states.items():
+        body = simulation.model.shells[name]
+        D, _, length = bending(body)
+        # forces by which it moves little, and whether edges hold it
+        scale, points = SMALL * D / length**4, _points(simulation, name)
+        held, linear = bool(points) and not any(points), simulation.scheme.linear
+        shape = Shape(*_moved(simulation, name, q), held, linear, scale)
+        if shape.size > NEAR**2:
+            loads.append(SurfaceForce(shape, body=name))
+    if not scene.static:
+        step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
+    return Scene(
+        scene.name,
+        scene.shells,
+        supports=scene.supports,
+        loads=loads,
+        joins=scene.joins,
+        scheme="linear-statics" if scene.static else "linear-dynamics",
+        dt=step,
+        t_end=step,
+        beams=scene.beams,
+        rigid_bodies=scene.rigid_bodies,
+        joints=scene.joints,
+        glues=scene.glues,
+        redundant=scene.redundant,
+    )
+
+
+class Shape:
+    """Shape in which a body is deformed, a polynomial of the place.
+
+    Args:
+        x: Places of nodes, shape (n, 3).
+        u: Their displacements.
+        areas: Those that belong to them.
+        held: Whether the body is held along edges; it counts where it turns little.
+        linear: Whether displacements are small ones of whatever size.
+        scale: Force for each of them.
+
+    Attributes:
+        size: The largest displacement over the size of the body.
+    """
+
+    def __init__(
+        self, x: Floats, u: Floats, areas: Floats, held: bool, linear: bool, scale: float
+    ) -> None:
+        self._middle, self._length = areas @ x / np.sum(areas), float(np.ptp(x, axis=0).max())
+        most = float(np.linalg.norm(u, axis=1).max())
+        if linear and most > 0:
+            u = u * (SMALL * self._length / most)
+        X, y = x - self._middle, x + u - areas @ (x + u) / np.sum(areas)
+        V, _, W = np.linalg.svd(X.T @ (areas[:, None] * y))
+        V[:, 2] *= np.sign(np.linalg.det(V @ W))
+        back = (V @ W).T
+        if not held or np.trace(back) < 3 - TURNED**2:
+            u = y @ back - X
+        self.size = float(np.linalg.norm(u, axis=1).max()) / self._length
+        self._factors = np.linalg.lstsq(self._powers(x), scale * u, rcond=1e-8)[0]
+
+    def _powers(self, x: Floats) -> Floats:
+        y = 2 * (x - self._middle) / self._length
+        return np.asarray(np.prod(y[:, None] ** POWERS, axis=2))
+
+    def __call__(self, x: Any) -> Any:
+        """Values at places, of the shape (3, ...) each."""
+        places = np.asarray(x).reshape(3, -1).T
+        return (self._powers(places) @ self._factors).T.reshape(np.shape(x))
+
+
+def _apart(run: Simulation, finer: Simulation, smooth: bool) -> dict[str, float]:
     """Errors of the first run beside the second one, as of `Finer`; collective."""
-    from scipy.spatial import cKDTree
-
     off = {}
-    for name, body in runs[0].model.shells.items():
-        (x, u), (X, U) = (_moved(run, name) for run in runs)
-        # two at one place along slits and joined edges
-        apart, near = cKDTree(X).query(x, k=2)
-        change = np.linalg.norm(u[:, None] - U[near], axis=2)
-        change[apart > NEAR * np.ptp(X, axis=0).max()] = np.inf
-        change = change.min(axis=1)
-        change = change[np.isfinite(change)]
+    for name, body in run.model.shells.items():
+        (x, u, _), (X, U, _) = (_moved(e, name, state(e, name)) for e in (run, finer))
+        right = _at(x, u, X, U)
         most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
-        energies = [energy_of(run, name)() for run in runs]
+        energies = [energy_of(each, name)() for each in (run, finer)]
         if most > 0 and max(energies) > 0:
-            both = float(change.max(initial=0.0) / most), 1 - min(energies) / max(energies)
-            # nodes near corners of flat bodies matter less
-            off[name] = max(both) if Mesh(body).curved else min(both)
+            energy = 1 - min(energies) / max(energies)
+            apart, farthest = np.linalg.norm(u - right, axis=1), np.linalg.norm(right, axis=1)
+            # single nodes of flat bodies matter less
+            both = (
+                max(np.max(apart) / most, energy)
+                if Mesh(body).curved
+                else min(apart[np.argmax(farthest)] / most, energy)
+            )
+            off[name] = energy if smooth else float(both)
     return off
 
 
-def _moved(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
-    """Places and displacements of all nodes, the same on all ranks, shape (n, 3) each."""
+def _at(x: Floats, u: Floats, X: Floats, U: Floats) -> Floats:
+    """Displacements at some nodes of those of a finer mesh.
+
+    Args:
+        x: Places, shape (n, 3).
+        u: Displacements there of the coarser mesh.
+        X: Places of the finer one, shape (N, 3).
+        U: Displacements there.
+    """
+    from scipy.spatial import cKDTree
+
+    apart, near = cKDTree(X).query(x, k=SEVERAL)
+    # two at one place along slits and joined edges
+    change = np.linalg.norm(U[near[:, :2]] - u[:, None], axis=2)
+    change[apart[:, :2] > NEAR * np.ptp(X, axis=0).max()] = np.inf
+    found = U[near[np.arange(len(x)), change.argmin(axis=1)]]
+    # elsewhere polynomials of degree 2
+    rest = ~np.isfinite(change).any(axis=1)
+    steps = (X[near[rest]] - x[rest, None]) / apart[rest, -1, None, None]
+    i, j = np.triu_indices(3)
+    terms = np.ones_like(steps[..., :1]), steps, steps[..., i] * steps[..., j]
+    first = np.linalg.pinv(np.concatenate(terms, axis=2), 1e-3)[:, 0]
+    found[rest] = np.einsum("nk,nkx->nx", first, U[near[rest]])
+    return np.asarray(found)
+
+
+def _moved(simulation: Simulation, name: str, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """Places of all nodes, displacements in a state, and areas; the same on all ranks."""
     body = simulation.model.shells[name]
-    u = state(simulation, name)[body.mixed.dofs["u"]].reshape(-1, 3)
-    both = np.concatenate([body.mixed.nodes("u"), u], axis=1)
-    x, moved = np.split(np.concatenate(simulation.model.comm.allgather(both)), 2, axis=1)
-    return x, moved
+    space = body.mixed.subspaces["u"]
+    u = q[body.mixed.dofs["u"]].reshape(-1, 3)
+    areas = sums_at_nodes(space, Mesh(body).areas[:, None, None])
+    every = np.concatenate([body.mixed.nodes("u"), u, areas], axis=1)
+    owned = every[: space.dofmap.index_map.size_local]
+    found = np.concatenate(simulation.model.comm.allgather(owned))
+    return found[:, :3], found[:, 3:6], found[:, 6]

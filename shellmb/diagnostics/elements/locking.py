@@ -17,8 +17,7 @@ would have with the stiffness of the section is a multiple of what is in bending
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import basix
 import numpy as np
@@ -27,75 +26,36 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Cautions, Motion, Parts, said_of
-from shellmb.diagnostics.elements.finer import known
 from shellmb.diagnostics.elements.measures import Mesh
-from shellmb.diagnostics.elements.sampled import Part, Shares
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, split
 from shellmb.meshes.shared import space_on, sums_at_nodes
 from shellmb.meshes.spaces import reading_element
-from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
-from shellmb.observers.fields.nodal import state
-from shellmb.simulate.simulation import Simulation
 
-# `p`, root of the mean square, below which nothing was too stiff by two per cent, and that excess
-PRONE, BOUND = 0.6, 0.02
-# excess from which on the estimate is too low
-MUCH = 0.2
-# of a body that does not stretch: what it is too stiff by at least, and `s` beyond which it is; and
-# the part that jumps have in all energy, below which membrane forces carry loads
-LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 2000.0, "triangle": 20.0}, 0.1
+# `p`, root of the mean square, below which nothing was too stiff by two per cent
+PRONE = 0.6
+# of a body that does not stretch the part of jumps in all energy, below which membrane forces
+# carry loads
+JUMPS = 0.1
 # entries of tensors that components 11, 22, 12, 13, 23 are
 PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 # cosine of an angle of 20 degrees: fields are not continued across folds
 FOLD = 0.94
 
 
-class Excess(NamedTuple):
-    """Excess of a body's stiffness, as a part of it.
-
-    Args:
-        value: The part.
-        least: Whether it may be much more.
-    """
-
-    value: float
-    least: bool
-
-    @property
-    def said(self) -> str:
-        """In words."""
-        return f"about {100 * self.value:.0f} %{' or far more' if self.least else ''}"
-
-
-def excess(body: ShellModel, share: float) -> Excess:
-    """Excess of a body's stiffness.
+def excess(body: ShellModel, q: Floats, share: float) -> float:
+    """Excess of the stiffness of a shell whose elements can lock, as a part of it; collective.
 
     Args:
         body: The shell.
+        q: Local array of its state or mode.
         share: Of jumps of resultants in its strain energy, `s`.
     """
-    if not body.shell.stretching:
-        still = STILL[body.mixed.space.mesh.topology.cell_name()]
-        return Excess(LEAST if share > still else 0.0, True)
-    value = share / max(1 - 1.5 * share, 0.2)
-    return Excess(value, value > MUCH)
-
-
-def why(body: ShellModel, share: float) -> str:
-    """Cause and remedy, in words; arguments as in `excess`."""
-    if not body.shell.stretching:
-        return (
-            "an inextensible curved body is too stiff in bending on distorted elements; use a "
-            "regular mesh of quadrilaterals, or stretching=True"
-        )
-    return (
-        f"{100 * share:.3g} % of its strain energy is of resultants that jump between elements, as "
-        "those of distorted ones do where a thin curved body bends; use a finer or a more regular "
-        "mesh, or quadrilaterals of degree=3"
-    )
+    mesh, d = Mesh(body), body.node_directors()[:, 0] + q[body.mixed.dofs["w"]].reshape(-1, 3)
+    if not mesh.distorted or mesh.proneness(d) < PRONE:
+        return 0.0
+    return share / max(1 - 1.5 * share, 0.2)
 
 
 class Roughness:
@@ -192,67 +152,3 @@ def _strains(body: ShellModel, q: Expr) -> list[Expr]:
 def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:
     """Values of the functions of a scalar element at points, shape (points, functions)."""
     return np.asarray(element.tabulate(0, points))[0, :, :, 0]
-
-
-class Locked(Shares):
-    """Watches what elements that lock add to the stiffness of thin curved bodies."""
-
-    name = "locking"
-
-    def start(self, simulation: Simulation) -> None:
-        """Find the shells whose meshes are distorted; the others cost nothing more."""
-        meshes = {name: Mesh(body) for name, body in simulation.model.shells.items()}
-        self._meshes = {name: each for name, each in meshes.items() if each.distorted}
-        self._found: dict[str, Roughness] = {}
-        self.idle = not self._meshes
-
-    def _here(self, simulation: Simulation) -> dict[str, Part]:
-        """Parts of those that can lock as they are bent now; collective."""
-        prone = []
-        for name, measures in self._meshes.items():
-            body, q = simulation.model.shells[name], state(simulation, name)
-            d = body.node_directors()[:, 0]
-            if not simulation.scheme.linear:
-                d = d + q[body.mixed.dofs["w"]].reshape(-1, 3)
-            if measures.proneness(d) >= PRONE:
-                prone.append(name)
-                if name not in self._found:
-                    self._found[name] = Roughness(body)
-        return {name: self._found[name].energy for name in prone}
-
-    def cautions(self, simulation: Simulation) -> Cautions:
-        """A sentence for each body that is too stiff; collective."""
-        for name, share in self.shares(simulation):
-            body = simulation.model.shells[name]
-            found = excess(body, share)
-            if found.value > BOUND and known(simulation, name) is None:
-                said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                yield self.caution(name, found.value, BOUND, f"{said}: {why(body, share)}")
-
-
-def locked_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
-    """Sentences on bodies in whose modes elements lock; as `stiffened_modes`."""
-    said = []
-    for name, body in model.shells.items():
-        measures = Mesh(body)
-        d = body.node_directors()[:, 0]
-        if state is not None:
-            d = d + state(name)[body.mixed.dofs["w"]].reshape(-1, 3)
-        if not measures.distorted or measures.proneness(d) < PRONE:
-            continue
-        roughness, found = Roughness(body), []
-        for number, energy, (part, *_) in modes:
-            q = part(name)
-            share = model.comm.allreduce(roughness.energy(q, 0 * q)) / energy
-            found.append((excess(body, share), share, number))
-        if numbers := [number for each, _, number in found if each.value > BOUND]:
-            worst, share, most = max(found)
-            # squares of frequencies are in proportion to stiffness
-            high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)
-            which = f"the frequency of mode {most} is too high"
-            if len(numbers) > 1:
-                listed = ", ".join(map(str, numbers))
-                which = f"frequencies of modes {listed} are too high, that of {most} most of all"
-            stiff = f"shell '{name}' is too stiff in bending; {why(body, share)}"
-            said.append(f"{which}, by {high.said}: {stiff}")
-    return said

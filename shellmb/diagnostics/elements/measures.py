@@ -27,6 +27,7 @@ class Mesh:
     Attributes:
         distorted: Whether it is not regular, or the body does not stretch.
         triangles: Whether it is of triangles.
+        areas: Those of this rank's cells.
     """
 
     def __init__(self, body: ShellModel) -> None:
@@ -45,21 +46,21 @@ class Mesh:
             self._sides = [3, 2], [0, 1]
             # half the product of the diagonals
             normal = np.cross(x[:, 3] - x[:, 0], x[:, 1] - x[:, 2]) / 2
-        self._area = np.linalg.norm(normal, axis=1)
-        size = np.sqrt(self._area)
+        self.areas = np.linalg.norm(normal, axis=1)
+        size = np.sqrt(self.areas)
         # h/t
         self._slender = size / body.section.sizes.thickness
         every = self._mean(size)
         # without stretching regular ones may lock, too
         if body.shell.stretching:
-            size = size * _unlike_neighbours(domain, self._area)
+            size = size * _unlike_neighbours(domain, self.areas)
         self.distorted = self._mean(size) > REGULAR[domain.topology.cell_name()] * every
         # d h/t, with d over h
         self._shape = size / body.section.sizes.thickness
 
     def _mean(self, values: Floats) -> float:
         """Root of the mean square over the surface; collective."""
-        here = np.array([np.sum(values**2 * self._area), np.sum(self._area)])
+        here = np.array([np.sum(values**2 * self.areas), np.sum(self.areas)])
         self._comm.Allreduce(MPI.IN_PLACE, here)
         return float(np.sqrt(here[0] / here[1]))
 

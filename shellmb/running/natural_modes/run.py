@@ -251,8 +251,7 @@ def find_buckling(
 
         model, size = found.model, found.system.size
         warnings = wrinkled_modes(model, None, modes)
-        said = beside_better(model, modes, size, found.factors, better, "load factor")
-        warnings += said or []
+        warnings += beside_better(model, modes, size, found.factors, better, "load factor")
         summary = run.summary(found.model, found.system.size) | {
             "load_factors": found.factors,
             "negative_load_factor": found.negative,

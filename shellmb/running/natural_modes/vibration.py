@@ -10,7 +10,6 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.diagnostics.base import Motion
-from shellmb.diagnostics.elements.locking import locked_modes
 from shellmb.diagnostics.modes import SECTIONS, beside_better
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.model.model import Model
@@ -209,18 +208,17 @@ def _doubtful(
     ]
     if not modes:
         return []
-    said: list[str] | None = None
-    if state is None:
-        values, count = np.sqrt(np.abs(found.values.real)), len(found.values)
+    count = len(found.values)
 
-        def better(scene: Scene) -> Floats:
-            finer, _ = checked_model(scene, model.comm)
-            lower = lowest(finer, *tangent(finer), count, loaded=False)
-            return np.asarray(np.sqrt(np.abs(lower.values.real)))
+    def better(scene: Scene) -> Floats:
+        finer, _ = checked_model(scene, model.comm)
+        lower = lowest(finer, *tangent(finer), count, loaded=False)
+        return np.asarray(np.sqrt(np.abs(lower.values.real)))
 
-        said = beside_better(model, modes, system.size, values, better, "frequency")
-    if said is None:
-        said = locked_modes(model, state, modes)
+    # equilibria of better elements cost more than what they tell
+    values = np.sqrt(np.abs(found.values.real)) if state is None else None
+    what = "frequency" if state is None else "frequency without loads"
+    said = beside_better(model, modes, system.size, values, better, what)
     return said + [text for look in SECTIONS for text in look(model, state, modes)]
 
 
