@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import ufl
@@ -27,16 +27,13 @@ from shellmb.schemes.residuals.rows import (
 )
 from shellmb.schemes.residuals.strainrates import Mixed, over_path, renew
 
-if TYPE_CHECKING:
-    from shellmb.schemes.quadratic import QuadraticInTime
-
 
 class PathForms:
     """Makes the residuals of one body.
 
     Args:
         body: The body.
-        scheme: The scheme.
+        scheme: The scheme, `QuadraticInTime`.
         levels: The body's functions.
         dt: Length of the step.
 
@@ -48,9 +45,7 @@ class PathForms:
         branches: Maxwell branches of the body; None: none.
     """
 
-    def __init__(
-        self, body: Body, scheme: "QuadraticInTime", levels: Levels, dt: fem.Constant
-    ) -> None:
+    def __init__(self, body: Body, scheme: Any, levels: Levels, dt: fem.Constant) -> None:
         self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
         self.branches = branches_of(body)
         self._mesh, page, alpha = levels.q.function_space.mesh, scheme.page, scheme.alpha
