@@ -94,13 +94,12 @@ def modes(
     draw = out is not None if pictures is None else pictures
     made = modes_runner(wanted, chosen, accuracy, count)(directory, world, draw)
     world.Barrier()
-    found: ModeShapes | RotatingModes | StateModes = place.held_by(made)
-    return found
+    return place.held_by(made)
 
 
 def modes_runner(
     wanted: Requested, chosen: ModesOptions, accuracy: AccuracyOptions | None, count: int
-) -> Callable[..., Any]:
+) -> Callable[..., ModeShapes | RotatingModes | StateModes]:
     """Function that finds modes of the kind that options say, and writes them.
 
     Args:

@@ -168,8 +168,6 @@ class Motion(SceneMotion):
     @property
     def violation(self) -> float:
         """Largest violation of the constraints, relative; collective."""
-        found = [
-            constraint_error(body, self.problem.levels[name].q)
-            for name, body in self._bodies.items()
-        ]
+        levels, bodies = self.problem.levels, self._bodies.items()
+        found = [constraint_error(body, levels[name].q) for name, body in bodies]
         return float(self.simulation.model.comm.allreduce(max(found), op=MPI.MAX))

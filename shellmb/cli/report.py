@@ -91,9 +91,8 @@ def print_modes(found: ModeShapes) -> None:
 
     summary, known = found.summary, found.summary.get("errors", {"modes": {}, "remarks": []})
     sizes = [f"{f:.6g}" for f in found.load_factors or found.frequencies]
-    for k in range(len(sizes)):
-        if f"f{k + 1}" in known["modes"]:
-            sizes[k] = with_error(known["modes"][f"f{k + 1}"])
+    for name, frequency in known["modes"].items():
+        sizes[int(name[1:]) - 1] = with_error(frequency)
     sizes[: found.rigid] = ["rigid"] * found.rigid
     columns = {"load factor" if found.load_factors else "frequency [Hz]": sizes}
     for name, head in (("growth_per_s", "growth [1/s]"), ("damping_ratios", "damping ratio")):
@@ -201,7 +200,7 @@ def finish[T: StoredResult](
             print_modes(found)
         else:
             # as it was computed: files have no infinite numbers
-            print_run(getattr(found.computed, "summary", found.summary))
+            print_run((found.computed or found).summary)
         _print_cost(found.directory)
         say(f"written to {found.directory}")
     if check is not None:

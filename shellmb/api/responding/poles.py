@@ -43,7 +43,8 @@ def poles(
     from mpi4py import MPI
     from petsc4py import PETSc
 
-    from shellmb.running.rotating.quadratic import Relaxing, solve_quadratic
+    from shellmb.running.rotating.quadratic import NEUTRAL, Relaxing, solve_quadratic
+    from shellmb.system.direct.symmetry import is_symmetric
 
     def petsc(A: sp.csr_array) -> PETSc.Mat:
         csr = A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data
@@ -55,21 +56,24 @@ def poles(
         found = Relaxing(k, c, m, springs).solve(count, shift)
         return np.array([pair.value for pair in found[:count]])
     pairs, matrices = solve_quadratic(k, c, m, count, shift)[:count], (M, C, K)
-    return np.array([_refined(pair, matrices) for pair in pairs])
+    # the left vectors are the right ones, but vectors of what may be zero are less exact
+    exact = NEUTRAL * shift if is_symmetric(k) and is_symmetric(c) else np.inf
+    return np.array([_refined(pair, matrices, abs(pair.value) > exact) for pair in pairs])
 
 
-def _refined(pair: Pair, matrices: Sequence[sp.csr_array]) -> complex:
+def _refined(pair: Pair, matrices: Sequence[sp.csr_array], even: bool) -> complex:
     """The eigenvalue to the square of the error of its vectors, from the right and the left one."""
-    s, v = pair.value, pair.real.array + 1j * pair.imaginary.array
-    whole = sum(s**power * A for A, power in zip(matrices, (2, 1, 0), strict=True))
-    try:
-        inner = spla.splu(sp.csc_array(whole, dtype=np.complex128))
+    left = v = pair.real.array + 1j * pair.imaginary.array
+    if not even:
+        whole = sum(pair.value**power * A for A, power in zip(matrices, (2, 1, 0), strict=True))
+        try:
+            inner = spla.splu(sp.csc_array(whole, dtype=np.complex128))
+        except RuntimeError:
+            # it is an eigenvalue to the last digit
+            return pair.value
         left, v = inner.solve(v, "T"), inner.solve(v)
-    except RuntimeError:
-        # it is an eigenvalue to the last digit
-        return s
     roots = np.roots([left @ (A @ v) for A in matrices])
-    return complex(min([*roots, np.inf], key=lambda root: abs(root - s)))
+    return complex(min([*roots, np.inf], key=lambda root: abs(root - pair.value)))
 
 
 def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, Floats]:

@@ -79,8 +79,9 @@ class PotentialStrains(ExactEnergy):
         m, half = (a + b) / 2, POINTS[1] * (b - a) / 2
         mean = (gradient(psi, m - half) + gradient(psi, m + half)) / 2
         mean += span.beta / 2 * (gradient(psi, b) - gradient(psi, a))
-        simple = ufl.dot(mean, self.strain.change(x, dq)) * self.weight * self.dx
-        return Term(self.interval(span, dq), sub.rows.numbers, (simple,))
+        acting, stresses = self.strain.change(x, dq), (self._stress(a, b, span.beta), mean)
+        residual, simple = (ufl.dot(s, acting) * self.weight * self.dx for s in stresses)
+        return Term(residual, sub.rows.numbers, (simple,))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""

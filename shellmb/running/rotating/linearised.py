@@ -128,10 +128,7 @@ class Linearised:
         self.system = self.relaxation.system
         self.rate = math.nan
         self._mass, self._unit, self._damping = self._forms()
-        self.mass = self.system.symmetric_matrix(self._mass, 0.0)
-        self.turn(1.0)
-        # M W for the rate one: it depends on no state
-        self.transport = self.system.symmetric_matrix(self._unit, 0.0)
+        self.mass, self.transport = self._inert(columns=False)
 
     def _forms(self) -> tuple[Blocks, Blocks, Blocks]:
         """Forms of the mass, of the mass times a rotation, and of the derivatives by rates."""
@@ -172,13 +169,18 @@ class Linearised:
         Args:
             columns: Whether those of fixed dofs stay, by which prescribed motions act.
         """
-        K, matrix = self.relaxation.tangent(columns), self.system.symmetric_matrix
-        C, M = (matrix(forms, 0.0, columns) for forms in (self._damping, self._mass))
-        # M W for the rate one: it depends on no state
-        self.turn(1.0)
-        C.axpy(2 * self.rate, matrix(self._unit, 0.0, columns))
+        K = self.relaxation.tangent(columns)
+        C = self.system.symmetric_matrix(self._damping, 0.0, columns)
+        M, transport = self._inert(columns) if columns else (self.mass, self.transport)
+        C.axpy(2 * self.rate, transport)
         self.turn(self.rate)
         return K, C, M
+
+    def _inert(self, columns: bool) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """`M`, and `M W` for the rate one, at which frames are left: they depend on no state."""
+        self.turn(1.0)
+        matrix = self.system.symmetric_matrix
+        return matrix(self._mass, 0.0, columns), matrix(self._unit, 0.0, columns)
 
     def branches(self, columns: bool = False) -> dict[float, PETSc.Mat]:
         """Stiffness of Maxwell branches that are relaxed at the state, by their times [s].

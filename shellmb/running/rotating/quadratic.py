@@ -125,9 +125,8 @@ def told_from_zero(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, shift: 
         return pair
     spun = _round_off(C, M, pair) ** 2 / float(np.finfo(float).eps)
     size, damping = abs(pair.value), abs(product(C, pair, pair) / product(M, pair, pair))
-    zero = size * max(size, damping) < max(
-        NOISE * (_round_off(K, M, pair) + spun), (FOUND * shift) ** 2
-    )
+    least = max(NOISE * (_round_off(K, M, pair) + spun), (FOUND * shift) ** 2)
+    zero = size * max(size, damping) < least
     return pair._replace(value=STILL * pair.value) if zero else pair
 
 

@@ -203,8 +203,7 @@ class LinearSection(Section):
     @property
     def masses(self) -> tuple[bool, ...]:
         """Find which of ``(m, s_star, I_star)`` differ from zero, anywhere."""
-        m, s, inertia = self.generic.mass
-        return bool(m), bool(s), bool(inertia)
+        return tuple(map(bool, self.generic.mass))
 
 
 @described("isotropic section")
