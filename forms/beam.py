@@ -58,8 +58,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.frame import ACROSS, Vectors, vectors
 from shellmb.forms.measure import Measure, quadratic
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import stress_average
-from shellmb.forms.steps.mixed import Interval, MixedSection
+from shellmb.forms.steps.mixed import MixedSection
 from shellmb.forms.surface import along, unit
 
 
@@ -300,12 +299,6 @@ class BeamMixed(MixedSection):
         """Work on strains less those of the forces: of the end, or of the mean if constrained."""
         elastic = self.where_held(*(self._elastic(*halves(e)) for e in (mean, end)))
         return (ufl.dot(dN, elastic - self._give(N)),)
-
-    def averages(self, strain: Measure, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
-        """Strains and forces of the averaged stress of a sub-interval, which acts in its row."""
-        last = self.forces(layout, span.b)
-        N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
-        return stress_average(strain.value(span.a), strain.value(span.b), span.beta), N
 
     def stored(self, e: Expr, N: Expr) -> tuple[Expr]:
         """Mixed strain energy of any strains and forces, J/m."""

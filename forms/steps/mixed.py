@@ -115,11 +115,15 @@ class MixedSection:
         """Resultants N/m and moments N of a state, of a shell shape (8,)."""
         return self.joined(strain.value(q), self.forces(layout, q))
 
+    def averages(self, strain: Measure, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
+        """Strains and resultants of the averaged stress of a sub-interval, that of its row."""
+        last = self.forces(layout, span.b)
+        N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
+        return stress_average(strain.value(span.a), strain.value(span.b), span.beta), N
+
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
-        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
-        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        first, last = self.forces(layout, span.a), self.forces(layout, span.b)
-        return self.joined(e, stress_average(first, last, span.beta))
+        """Resultants of that stress."""
+        return self.joined(*self.averages(strain, layout, span))
 
 
 @dataclass(frozen=True)

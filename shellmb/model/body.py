@@ -133,7 +133,13 @@ class Term(NamedTuple):
 
 
 class SubInterval(Protocol):
-    """A sub-interval of a step, or a single state, as a body sees it."""
+    """A sub-interval of a step, or a single state, as a body sees it.
+
+    Attributes:
+        linear: Whether its forms are linearised, at states of the reference.
+    """
+
+    linear: bool
 
     @property
     def span(self) -> Interval:

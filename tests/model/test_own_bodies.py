@@ -132,6 +132,18 @@ def test_supports_loads_and_statics() -> None:
     assert run(pulled).summary["energy_balance_error"] < 1e-11
 
 
+def test_small_displacements_see_the_stiffness_of_any_energy() -> None:
+    stiffness = ufl.as_matrix(C.tolist())
+
+    def stiffening(e: Any) -> Any:
+        return ufl.dot(e, stiffness * e) / 2 + 1e9 * ufl.dot(e, e) ** 2
+
+    runs = [run(scene(block(energy=law), scheme="linear-dynamics")) for law in (C, stiffening)]
+    tips = [found.history["tip"].to_numpy() for found in runs]
+    np.testing.assert_allclose(*tips, rtol=1e-9)
+    assert max(found.summary["energy_balance_error"] for found in runs) < 1e-11
+
+
 def test_probes_between_nodes_and_tetrahedra() -> None:
     """A free fall is the same everywhere, on cells of any kind."""
     at = (0.3, 0.1, 0.2)

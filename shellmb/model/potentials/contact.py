@@ -265,9 +265,10 @@ class ContactGroup(PotentialGroup):
             q: A state's array.
             forces: Forces on the local points, N.
         """
-        normals, _ = self.shape.normals(self.seen_positions(q))
+        at = self._seen_at(q[None])[0]
+        normals, _ = self.shape.normals(at[:, :3])
         if self.seen is not None:
-            axes = self._seen_at(q[None])[0, :, 3:].reshape(-1, 3, 3)
+            axes = at[:, 3:].reshape(-1, 3, 3)
             normals = np.einsum("na,nai->ni", normals @ self._axes.T, axes)
             normals /= np.linalg.norm(normals, axis=1)[:, None]
         found = np.vecdot(normals, forces)

@@ -272,9 +272,7 @@ class _Group:
         self._domain, self.comm = domain, domain.comm
         self.space = space_on(domain, element)
         topology = domain.topology
-        self._cells = np.arange(len(domain.geometry.dofmaps[0]), dtype=np.int32)
-        dofs = self.space.dofmap.list[self._cells]
-        self._dofs = dofs[..., None] * self._size + np.arange(self._size)
+        self._dofs = self.space.dofmap.list[..., None] * self._size + np.arange(self._size)
         own = topology.index_map(topology.dim).size_local
         self._own = slice(0, own)
         # through its values at the points, so that resultants can be read elsewhere
@@ -283,7 +281,7 @@ class _Group:
         at_nodes = space_on(domain, basix.ufl.blocked_element(single, shape=(self._size,)))
         table = single.basix_element.tabulate(0, self._points)[0, :, :, 0]
         self._through = np.linalg.inv(table)
-        self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
+        self._nodes = at_nodes.dofmap.list[..., None] * self._size
         self._nodes = self._nodes + np.arange(self._size)
         self.given = fem.Function(at_nodes), fem.Function(at_nodes)
         self._now = fem.Function(at_nodes)

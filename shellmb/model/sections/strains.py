@@ -21,11 +21,7 @@ from shellmb.forms.steps.general_strains import (
 from shellmb.forms.steps.mixed import Interval, MixedSection
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of
-from shellmb.forms.steps.stress_work import (
-    general_work,
-    interval_work,
-    stress_work,
-)
+from shellmb.forms.steps.stress_work import general_work, interval_work, stress_work
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import Elastic, SubInterval, Term
 

@@ -174,7 +174,7 @@ def _linear(
 
 def _of_rest(shell: DiscreteShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
     """Damping of the elements' own strains, but for a share of the shear."""
-    *(A, B, D), G = stiffness_at_rest(shell, section)
+    A, B, D, G = stiffness_at_rest(shell, section)
     if not any(part is not None for part in (A, B, D, G)):
         return []
     seen, a, on = assumed(strain, shell.layout), section.a, shell.integrate

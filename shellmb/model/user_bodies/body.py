@@ -70,9 +70,9 @@ class PotentialStrains(ExactEnergy):
     strain: Measure
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Any) -> Term | None:
-        """Virtual work of a sub-interval; None at a single state."""
+        """Virtual work of a sub-interval; None at a single state, and where it is linearised."""
         span = sub.span
-        if span.a is span.b or sub.rows is None:
+        if span.a is span.b or sub.linear or sub.rows is None:
             return None
         value, psi, (x, D) = self.strain.value, self.potential, sub.rows.states[:2]
         a, b = value(x - D / 2), value(x + D / 2)

@@ -167,6 +167,9 @@ class Span:
         number: Number of the one whose row it is.
         reference: The same at the reference, where forms are linearised; None: they are not.
         before: State at the start of the step, where strains of the whole step are requested.
+
+    Attributes:
+        linear: Whether forms are linearised.
     """
 
     def __init__(
@@ -178,7 +181,7 @@ class Span:
         before: fem.Function | None = None,
     ) -> None:
         self.span = span if reference is None else reference
-        self._of, self._linear = span, reference is not None
+        self._of, self.linear = span, reference is not None
         self._unknown, self._number, self._before = unknown, number, before
         self.states: PathStates | None = None
 
@@ -191,11 +194,11 @@ class Span:
         if a is b is mid is at is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
             states: tuple[Expr, ...] = self.states.functions
-            weights = single_pair(self._linear)
+            weights = single_pair(self.linear)
         elif self.between is not None:
             states = self.between
             # a Constant is a number here: it is given once
-            weights = interval_pair(float(beta), self._linear)
+            weights = interval_pair(float(beta), self.linear)
         else:
             return None
         mesh = holder.function_space.mesh

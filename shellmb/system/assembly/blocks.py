@@ -126,12 +126,18 @@ class BlockSystem:
         terms = [term for f in fields for term in f.terms]
         alone = [pair for term in terms for pair in zip(term.rows, term.alone, strict=True)]
         alone += [(i, form) for i, field in enumerate(fields) for form in field.residual]
-        # of a row's forms that follow unknown functions the derivatives by all of these are one
-        # program, with other shares
-        followed = {f for some in self._followers for f in some.functions}
-        own: dict[int, tuple[int, Form]] = {}
-        for k, (i, form) in enumerate(alone, len(fields)):
-            key = k if followed.isdisjoint(form.coefficients()) else i
+        numbers = {f.function: j for j, f in enumerate(fields)}
+        behind = {
+            f: {numbers[q] for q, w in zip(some.sources, row, strict=True) if w and q in numbers}
+            for some in self._followers
+            for f, row in zip(some.functions, some.weights, strict=True)
+        }
+        # of a row's forms that follow the same unknown functions the derivatives by all of these
+        # are one program, with other shares; others would be derived by what they do not follow
+        own: dict[Any, tuple[int, Form]] = {}
+        for k, (i, form) in enumerate(alone):
+            followed = set().union(*(behind.get(f, ()) for f in form.coefficients()))
+            key = (i, *sorted(followed)) if followed else k
             own[key] = (i, own[key][1] + form) if key in own else (i, form)
         derivatives = [((i, j), by) for i, form in own.values() for j, by in self.derivatives(form)]
         rows = [

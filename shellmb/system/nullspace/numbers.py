@@ -204,10 +204,7 @@ class ReducedNumbers:
             dofs: Local dofs that matter.
         """
         found = []
-        for bases, numbers in (
-            (self.left, self.matrix_rows),
-            (self.right, self.matrix_columns),
-        ):
+        for bases, numbers in ((self.left, self.matrix_rows), (self.right, self.matrix_columns)):
             places = np.append(numbers, NONE)[bases.places]
             most = int((places[dofs] >= 0).any(axis=0).nonzero()[0].max(initial=0)) + 1
             # as many as some of them have on any rank
