@@ -12,6 +12,8 @@ import pytest
 import shellmb as sm
 from shellmb.demos.verification.problems.elements.rows import Mesh
 from shellmb.diagnostics.elements.coarse import Coarse
+from shellmb.diagnostics.elements.finer import compared
+from shellmb.observers.fields.nodal import state
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 from tests.diagnostics.test_coarse import tube
@@ -81,3 +83,15 @@ def test_within_a_factor_of_two(name: str, cell: Any) -> None:
     said = sum(100 * (c.value or 0.0) for c in watch.cautions(simulation))
     print(f"{name}, {cell}: {said:.1f} %, true {true} %")
     assert true / 2 < said < 2 * true if true > 2 else said == 0.0
+
+
+def test_what_turns_far_is_no_linear_scene() -> None:
+    """Jumps of resultants tell there, and the run ends as any other."""
+    scene = moving(tube(Mesh("quad", (4, 4)), 2e-2, sm.Pressure(4e-7)), steps=4)
+    scene = replace(scene, supports=sm.Driven("top", rotation=lambda t: 0.02 * t))
+    with pytest.raises(sm.SceneError, match=r"must be at most 0\.1 rad"):
+        scene.with_options(scheme="linear-statics", dt=scene.t_end)
+    simulation, watch = Simulation(scene), Coarse(None)  # type: ignore[arg-type]
+    simulation.run([watch])
+    assert compared(simulation, {"shell": state(simulation, "shell")}) is None
+    assert all("jumps of resultants" in caution.says for caution in watch.cautions(simulation))
