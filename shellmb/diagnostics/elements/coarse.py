@@ -18,6 +18,7 @@ from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.diagnostics.elements.sampled import Sampled, energy_of
 from shellmb.model.model import Model
 from shellmb.observers.fields.nodal import state
+from shellmb.restart import constant
 from shellmb.simulate.simulation import Simulation
 
 # share of jumps in the strain energy below which nothing was off by two per cent
@@ -28,11 +29,13 @@ class Coarse(Sampled):
     """Looks whether shells move as those of better elements, where they store most energy."""
 
     name = "coarse mesh"
+    remembered = ("_steps", "_most", "_states")
 
     def _begin(self) -> None:
         super()._begin()
-        # by shell the largest energy, and the state
-        self._most: dict[str, tuple[float, Floats]] = {}
+        # by shell the largest energy, and the state, which other numbers of ranks do not take up
+        self._most: dict[str, float] = {}
+        self._states: dict[str, Floats] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the energies; statics end where they are largest."""
@@ -41,24 +44,28 @@ class Coarse(Sampled):
 
     def _look(self, simulation: Simulation) -> None:
         for name, energy in self._energies.items():
-            if (found := energy()) > self._most.get(name, (0.0,))[0]:
-                self._most[name] = found, state(simulation, name).copy()
+            if (found := energy()) > (self._most[name] if name in self._states else 0.0):
+                self._most[name] = found
+                self._states[name] = constant(state(simulation, name).copy())
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that does not; collective."""
         self._look(simulation)
         half, doubted = 0.0 if simulation.scheme.linear else 0.5, {}
-        for name, (energy, q) in self._most.items():
+        for name, q in self._states.items():
             signs = Signs(simulation.model, name)
-            if signs.doubtful(q, half * q, energy):
+            if signs.doubtful(q, half * q, self._most[name]):
                 doubted[name] = signs
-        states = {name: q for name, (_, q) in self._most.items()}
-        finer = compared(simulation, states) if doubted else None
+        finer = compared(simulation, self._states) if doubted else None
         for name, signs in doubted.items():
             if finer is not None and name in finer.off:
                 off, how = finer.off[name], finer.how
             else:
-                body, (energy, q) = simulation.model.shells[name], self._most[name]
+                body, energy, q = (
+                    simulation.model.shells[name],
+                    self._most[name],
+                    self._states[name],
+                )
                 off, how = excess(body, q, signs.rough.energy(q) / energy), "by jumps of resultants"
             if off > BOUND:
                 says = (

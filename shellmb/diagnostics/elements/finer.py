@@ -53,6 +53,8 @@ SMALL, TURNED, LONG = 1e-4, 0.3, 100.0
 SEVERAL = 16
 # powers of the terms of polynomials of degree 4
 POWERS = np.array([p for p in np.ndindex(5, 5, 5) if sum(p) < 5])
+# what scenes under such loads have of their own
+KEPT = "shells supports joins beams rigid_bodies joints glues redundant".split()
 # what to do where bodies are off
 REMEDY = "its elements are too coarse or too distorted; use finer or more regular ones, or degree=3"
 
@@ -251,21 +253,9 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
             loads.append(SurfaceForce(shape, body=name))
     if not scene.static:
         step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
-    return Scene(
-        scene.name,
-        scene.shells,
-        supports=scene.supports,
-        loads=loads,
-        joins=scene.joins,
-        scheme="linear-statics" if scene.static else "linear-dynamics",
-        dt=step,
-        t_end=step,
-        beams=scene.beams,
-        rigid_bodies=scene.rigid_bodies,
-        joints=scene.joints,
-        glues=scene.glues,
-        redundant=scene.redundant,
-    )
+    scheme = "linear-statics" if scene.static else "linear-dynamics"
+    kept = {name: getattr(scene, name) for name in KEPT}
+    return Scene(scene.name, **kept, loads=loads, scheme=scheme, dt=step, t_end=step)
 
 
 class Shape:
