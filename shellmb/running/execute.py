@@ -32,9 +32,11 @@ from shellmb.files.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.columns import points_and_events
-from shellmb.observers.files.checkpoint import Saved
+from shellmb.observers.files.checkpoint import OBSERVED, Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.summary import summarise, write_json
+from shellmb.prefixes import below
+from shellmb.restart import with_arrays
 from shellmb.running.directory import claimed, written
 from shellmb.running.error_origin import in_words, user_frame
 from shellmb.running.loader import is_file_name
@@ -317,7 +319,7 @@ def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) ->
     """
     saved = _of_these_ranks(simulation, saved) if saved.ranks else saved
     now, then = (
-        {k: v.shape for k, v in arrays.items() if not k.startswith(PAST)}
+        {k: v.shape for k, v in arrays.items() if not k.startswith((PAST, OBSERVED))}
         for arrays in (simulation.live(), saved.arrays)
     )
     if now != then:
@@ -328,4 +330,5 @@ def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) ->
     simulation.restore(saved.arrays, saved.simulation)
     for name, observer in named.items():
         if name in saved.observers:
-            observer.restore(saved.observers[name])
+            own = below(saved.arrays, f"{OBSERVED}{name}/")
+            observer.restore(with_arrays(saved.observers[name], own))

@@ -7,13 +7,20 @@ True are differences of statics from finer meshes, in per cent; RIGHT is below t
 from dataclasses import replace
 from typing import Any
 
+from mpi4py import MPI
+
 import pytest
 
 import shellmb as sm
 from shellmb.demos.verification.problems.elements.rows import Mesh
 from shellmb.diagnostics.elements.coarse import Coarse
+from shellmb.diagnostics.elements.finer import compared
+from shellmb.errors import Stopped
+from shellmb.observers.fields.nodal import state
+from shellmb.running.execute import execute
+from shellmb.running.resuming.saved import read_saved
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.diagnostics.test_coarse import tube
 from tests.diagnostics.test_edges import plain, strip
 from tests.diagnostics.test_estimates import plate
@@ -81,3 +88,38 @@ def test_within_a_factor_of_two(name: str, cell: Any) -> None:
     said = sum(100 * (c.value or 0.0) for c in watch.cautions(simulation))
     print(f"{name}, {cell}: {said:.1f} %, true {true} %")
     assert true / 2 < said < 2 * true if true > 2 else said == 0.0
+
+
+def test_what_turns_far_is_no_linear_scene() -> None:
+    """Jumps of resultants tell there, and the run ends as any other."""
+    scene = moving(tube(Mesh("quad", (4, 4)), 2e-2, sm.Pressure(4e-7)), steps=4)
+    scene = replace(scene, supports=sm.Driven("top", rotation=lambda t: 0.02 * t))
+    with pytest.raises(sm.SceneError, match=r"must be at most 0\.1 rad"):
+        scene.with_options(scheme="linear-statics", dt=scene.t_end)
+    simulation, watch = Simulation(scene), Coarse(None)  # type: ignore[arg-type]
+    simulation.run([watch])
+    assert compared(simulation, {"shell": state(simulation, "shell")}) is None
+    assert all("jumps of resultants" in caution.says for caution in watch.cautions(simulation))
+
+
+class Stop(BaseObserver):
+    """Stops behind a step."""
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Stop behind step 40."""
+        if simulation.step == 40:
+            raise Stopped(15)
+
+
+def test_a_run_that_goes_on_warns_as_a_whole_one(tmp_path) -> None:
+    """It was deformed most before it was stopped."""
+    scene = moving(strip("quad", (6, 1), plain(1e-2)), steps=60)
+    let_go = [replace(load, time=lambda t: float(t < 50)) for load in scene.loads]
+    scene = replace(scene, scheme="ed", alpha=0.5, loads=let_go)
+    whole = execute(scene)
+    with pytest.raises(Stopped):
+        execute(scene, tmp_path / "run", [Stop()], pictures=False)
+    saved = read_saved(tmp_path / "run", MPI.COMM_WORLD)
+    rest = execute(scene, tmp_path / "run", pictures=False, saved=saved, new=False)
+    found = [[w.value for w in r.warnings if w.watch == "coarse mesh"] for r in (whole, rest)]
+    assert found[0] == found[1] and len(found[0]) == 1

@@ -12,12 +12,13 @@ from __future__ import annotations
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Cautions, said_of
 from shellmb.diagnostics.elements.edges import edges_of, spanning
-from shellmb.diagnostics.elements.finer import BOUND, REMEDY, known
+from shellmb.diagnostics.elements.finer import BOUND, REMEDY, compared
 from shellmb.diagnostics.elements.locking import Roughness, excess
 from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.diagnostics.elements.sampled import Sampled, energy_of
 from shellmb.model.model import Model
 from shellmb.observers.fields.nodal import state
+from shellmb.restart import constant
 from shellmb.simulate.simulation import Simulation
 
 # share of jumps in the strain energy below which nothing was off by two per cent
@@ -28,11 +29,13 @@ class Coarse(Sampled):
     """Looks whether shells move as those of better elements, where they store most energy."""
 
     name = "coarse mesh"
+    remembered = ("_steps", "_most", "_states")
 
     def _begin(self) -> None:
         super()._begin()
-        # by shell the largest energy, and the state
-        self._most: dict[str, tuple[float, Floats]] = {}
+        # by shell the largest energy, and the state, which other numbers of ranks do not take up
+        self._most: dict[str, float] = {}
+        self._states: dict[str, Floats] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the energies; statics end where they are largest."""
@@ -41,22 +44,29 @@ class Coarse(Sampled):
 
     def _look(self, simulation: Simulation) -> None:
         for name, energy in self._energies.items():
-            if (found := energy()) > self._most.get(name, (0.0,))[0]:
-                self._most[name] = found, state(simulation, name).copy()
+            if (found := energy()) > (self._most[name] if name in self._states else 0.0):
+                self._most[name] = found
+                self._states[name] = constant(state(simulation, name).copy())
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that does not; collective."""
         self._look(simulation)
-        states, half = {n: q for n, (_, q) in self._most.items()}, not simulation.scheme.linear
-        for name, (energy, q) in self._most.items():
-            signs, about = Signs(simulation.model, name), (0.5 if half else 0.0) * q
-            if not signs.doubtful(q, about, energy):
-                continue
-            if (finer := known(simulation, name, states)) is not None:
+        half, doubted = 0.0 if simulation.scheme.linear else 0.5, {}
+        for name, q in self._states.items():
+            signs = Signs(simulation.model, name)
+            if signs.doubtful(q, half * q, self._most[name]):
+                doubted[name] = signs
+        finer = compared(simulation, self._states) if doubted else None
+        for name, signs in doubted.items():
+            if finer is not None and name in finer.off:
                 off, how = finer.off[name], finer.how
             else:
-                body = simulation.model.shells[name]
-                off, how = excess(body, q, signs.jumps(q, about) / energy), "by jumps of resultants"
+                body, energy, q = (
+                    simulation.model.shells[name],
+                    self._most[name],
+                    self._states[name],
+                )
+                off, how = excess(body, q, signs.rough.energy(q) / energy), "by jumps of resultants"
             if off > BOUND:
                 says = (
                     f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of its largest "
@@ -71,11 +81,14 @@ class Signs:
     Args:
         model: All bodies.
         name: Its name.
+
+    Attributes:
+        rough: Energy of jumps of its resultants.
     """
 
     def __init__(self, model: Model, name: str) -> None:
-        body, self._comm = model.shells[name], model.comm
-        self._rough, self._edges, mesh = Roughness(body), edges_of(body, model), Mesh(body)
+        body = model.shells[name]
+        self.rough, self._edges, mesh = Roughness(body), edges_of(body, model), Mesh(body)
         uneven = mesh.triangles or mesh.distorted
         # single nodes move much by little energy, and elements of degree 3 twist too far
         self._always = (uneven and mesh.curved) or (body.shell.degree > 2 and spanning(body, model))
@@ -92,8 +105,4 @@ class Signs:
             return energy > 0
         if self._edges is not None and self._edges.share(q, about, energy) > BOUND:
             return True
-        return self.jumps(q, about) > ROUGH * energy
-
-    def jumps(self, q: Floats, about: Floats) -> float:
-        """Energy of jumps of resultants, J; collective."""
-        return float(self._comm.allreduce(self._rough.energy(q, about)))
+        return self.rough.energy(q) > ROUGH * energy

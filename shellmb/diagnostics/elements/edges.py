@@ -20,6 +20,7 @@ import basix
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
+from shellmb.diagnostics.elements.finer import BOUND
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
 from shellmb.model.shells.shell import ShellModel
@@ -27,8 +28,6 @@ from shellmb.observers.fields.nodal import Nodes
 from shellmb.scene import LinearSection
 from shellmb.scene.loads.loads import EdgeMoment
 
-# excess of stiffness from which on a run warns
-BOUND = 0.02
 # of sections of their own energy: stiffness against twisting over that of stretching and the square
 # of the thickness, and the square of the layer's width over that
 TWIST, LAYER = 0.35 / 12, 0.1
@@ -85,12 +84,13 @@ class Edges:
             most = max(most, float(np.max(2 * missed / depth, initial=0.0)))
         self.none = not self._comm.allreduce(most, op=MPI.MAX) > BOUND
 
-    def energy(self, q: Floats, about: Floats) -> float:
-        """Energy that elements of this rank miss, J.
+    def share(self, q: Floats, about: Floats, energy: float) -> float:
+        """Energy that elements miss, as a part of all; collective.
 
         Args:
             q: Local array of a change of a state.
             about: State that it is a small change of.
+            energy: All of it, J.
         """
         now, base = self._nodes.values(q), self._nodes.values(about)
         u, w = now.displacement, now.director - now.reference_directors[:, 0]
@@ -103,11 +103,7 @@ class Edges:
             twist = of(along, x) * of(across, w) + of(along, u) * of(across, d)
             twist += of(across, x) * of(along, w) + of(across, u) * of(along, d)
             found += float(np.sum(weights * np.sum(twist, axis=2) ** 2))
-        return found
-
-    def share(self, q: Floats, about: Floats, energy: float) -> float:
-        """That energy as a part of the energy of a mode; collective."""
-        return float(self._comm.allreduce(self.energy(q, about))) / energy
+        return float(self._comm.allreduce(found)) / energy
 
 
 def _slopes(element: Any, points: Any) -> Floats:

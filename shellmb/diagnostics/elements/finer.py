@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 from mpi4py import MPI
 
@@ -53,6 +53,8 @@ SMALL, TURNED, LONG = 1e-4, 0.3, 100.0
 SEVERAL = 16
 # powers of the terms of polynomials of degree 4
 POWERS = np.array([p for p in np.ndindex(5, 5, 5) if sum(p) < 5])
+# what scenes under such loads have of their own
+KEPT = "shells supports joins beams rigid_bodies joints glues redundant".split()
 # what to do where bodies are off
 REMEDY = "its elements are too coarse or too distorted; use finer or more regular ones, or degree=3"
 
@@ -69,24 +71,12 @@ class Finer(NamedTuple):
     how: str
 
 
-_KNOWN: WeakKeyDictionary[Simulation, Finer | None] = WeakKeyDictionary()
-
-
-def known(simulation: Simulation, name: str, states: Mapping[str, Floats]) -> Finer | None:
-    """Comparison with better elements that tells of a shell, made once for all; collective.
-
-    Args:
-        simulation: The run, at its end.
-        name: The shell.
-        states: Local arrays of shells where they are deformed most.
-
-    Returns:
-        None where there is none, or nothing deforms the shell.
-    """
-    if simulation not in _KNOWN:
-        _KNOWN[simulation] = _compared(simulation, states)
-    found = _KNOWN[simulation]
-    return found if found is not None and name in found.off else None
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """Ignore what another scene warns of, and end quietly where it is impossible."""
+    with warnings.catch_warnings(), suppress(ShellmbError):
+        warnings.simplefilter("ignore", ShellmbWarning)
+        yield
 
 
 def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tuple[T, str] | None:
@@ -108,16 +98,13 @@ def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tu
         # middles of sides, by which these are off, are no nodes of degree 3
         choices = [first, half, cubic]
     regular = replace(scene, shells=tuple(replace(s, distortion=0.0) for s in scene.shells))
-    # the run has warned of its scene
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ShellmbWarning)
-        for more, what, options in choices:
-            if more * unknowns < FEW:
-                begin = time.perf_counter()
-                # triangles of files become no quadrilaterals
-                with suppress(ShellmbError):
-                    found = solve(regular.with_options(**options))
-                    return found, f"{what} ({time.perf_counter() - begin:.1f} s)"
+    for more, what, options in choices:
+        if more * unknowns < FEW:
+            begin = time.perf_counter()
+            # triangles of files become no quadrilaterals
+            with _quietly():
+                found = solve(regular.with_options(**options))
+                return found, f"{what} ({time.perf_counter() - begin:.1f} s)"
     return None
 
 
@@ -134,8 +121,7 @@ def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str
     if any(isinstance(shell.surface, OfFile) for shell in scene.shells):
         return None
     found = []
-    with warnings.catch_warnings(), suppress(ShellmbError):
-        warnings.simplefilter("ignore", ShellmbWarning)
+    with _quietly():
         for times in (2, 4):
             shells = [
                 replace(s, mesh=(max(s.mesh[0] // times, 1), max(s.mesh[1] // times, 1)))
@@ -158,13 +144,24 @@ def beyond(here: Any, wider: Any, widest: Any) -> Any:
     return change / np.maximum(before / np.maximum(change, 1e-300) - 1, 3) / np.abs(here)
 
 
-def _compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | None:
+def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | None:
+    """Compare shells with better elements; collective.
+
+    Args:
+        simulation: The run, at its end.
+        states: Local arrays of shells where they are deformed most.
+
+    Returns:
+        None where there is no comparison.
+    """
     scene, shells, found = simulation.scene, simulation.model.shells, None
     flat = {name for name, body in shells.items() if not Mesh(body).curved}
     if scene.static or (scene.supports and len(flat) < len(shells)):
-        found = _beside(simulation, scene.with_options(scheme="linear-statics", dt=scene.t_end))
+        still = partial(scene.with_options, "linear-statics", dt=scene.t_end)
+        found = _beside(simulation, still, False)
+    shape = partial(_shaped, simulation, states)
     if found is None:
-        return _beside(simulation, _shaped(simulation, states), smooth=True)
+        return _beside(simulation, shape, True)
     # where points are pulled along a body it moves the more the finer elements are, as flat ones do
     # that points hold or joints pull
     doubted = {
@@ -177,18 +174,18 @@ def _compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | N
         )
     }
     doubted |= set() if scene.static else flat
-    shaped = _beside(simulation, _shaped(simulation, states), smooth=True) if doubted else None
+    shaped = _beside(simulation, shape, True) if doubted else None
     if shaped is None:
         return found
     return found._replace(off=found.off | {n: e for n, e in shaped.off.items() if n in doubted})
 
 
-def _beside(simulation: Simulation, scene: Scene, smooth: bool = False) -> Finer | None:
+def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> Finer | None:
     """Compare a linear scene with its better one; collective.
 
     Args:
         simulation: The run that it is about.
-        scene: The scene.
+        make: Gives the scene; what is no linear one, as what rolls, is not compared.
         smooth: Whether energies tell all.
     """
 
@@ -198,13 +195,15 @@ def _beside(simulation: Simulation, scene: Scene, smooth: bool = False) -> Finer
         return run
 
     said, unknowns = "by its response to small loads on", simulation.problem.system.size
-    if found := by_better(scene, unknowns, response):
-        off = _apart(response(scene), found[0], smooth)
-        return Finer(off, f"{said} {found[1]}") if off else None
-    if wider := by_wider(scene, response):
-        runs = [response(scene), *wider[0]]
-        off = {name: _extrapolated(runs, name) for name in simulation.model.shells}
-        return Finer(off, f"{said} {wider[1]}")
+    with _quietly():
+        scene = make()
+        if found := by_better(scene, unknowns, response):
+            off = _apart(response(scene), found[0], smooth)
+            return Finer(off, f"{said} {found[1]}") if off else None
+        if wider := by_wider(scene, response):
+            runs = [response(scene), *wider[0]]
+            off = {name: _extrapolated(runs, name) for name in simulation.model.shells}
+            return Finer(off, f"{said} {wider[1]}")
     return None
 
 
@@ -254,21 +253,9 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
             loads.append(SurfaceForce(shape, body=name))
     if not scene.static:
         step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
-    return Scene(
-        scene.name,
-        scene.shells,
-        supports=scene.supports,
-        loads=loads,
-        joins=scene.joins,
-        scheme="linear-statics" if scene.static else "linear-dynamics",
-        dt=step,
-        t_end=step,
-        beams=scene.beams,
-        rigid_bodies=scene.rigid_bodies,
-        joints=scene.joints,
-        glues=scene.glues,
-        redundant=scene.redundant,
-    )
+    scheme = "linear-statics" if scene.static else "linear-dynamics"
+    kept = {name: getattr(scene, name) for name in KEPT}
+    return Scene(scene.name, **kept, loads=loads, scheme=scheme, dt=step, t_end=step)
 
 
 class Shape:
@@ -316,20 +303,19 @@ def _apart(run: Simulation, finer: Simulation, smooth: bool) -> dict[str, float]
     """Errors of the first run beside the second one, as of `Finer`; collective."""
     off = {}
     for name, body in run.model.shells.items():
-        (x, u, _), (X, U, _) = (_moved(e, name, state(e, name)) for e in (run, finer))
-        right = _at(x, u, X, U)
-        most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
         energies = [energy_of(each, name)() for each in (run, finer)]
-        if most > 0 and max(energies) > 0:
-            energy = 1 - min(energies) / max(energies)
+        if max(energies) > 0:
+            off[name] = 1 - min(energies) / max(energies)
+        if name in off and not smooth:
+            (x, u, _), (X, U, _) = (_moved(e, name, state(e, name)) for e in (run, finer))
+            right = _at(x, u, X, U)
+            most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
             apart, farthest = np.linalg.norm(u - right, axis=1), np.linalg.norm(right, axis=1)
             # single nodes of flat bodies matter less
-            both = (
-                max(np.max(apart) / most, energy)
-                if Mesh(body).curved
-                else min(apart[np.argmax(farthest)] / most, energy)
-            )
-            off[name] = energy if smooth else float(both)
+            if Mesh(body).curved:
+                off[name] = max(off[name], float(np.max(apart) / most))
+            else:
+                off[name] = min(off[name], float(apart[np.argmax(farthest)] / most))
     return off
 
 

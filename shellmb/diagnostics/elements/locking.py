@@ -67,7 +67,7 @@ class Roughness:
 
     def __init__(self, body: ShellModel) -> None:
         mixed, inner = body.mixed, reading_element(body.mixed.subspaces["u"])
-        domain = mixed.space.mesh
+        domain, self._comm = mixed.space.mesh, mixed.space.mesh.comm
         nodes = basix.ufl.element("P", domain.basix_cell(), max(body.shell.degree - 1, 1))
         # forces and moments, their strains, the normal, and one
         self._space = space_on(domain, basix.ufl.blocked_element(nodes, shape=(28,)))
@@ -85,12 +85,11 @@ class Roughness:
         parts = [*body.resultants(self._q), *_strains(body, self._q)]
         self._read = values_in_cells(ufl.as_vector(parts), points, domain)
 
-    def energy(self, q: Floats, about: Floats) -> float:
-        """The energy, J, of the cells of this rank; collective.
+    def energy(self, q: Floats) -> float:
+        """The energy, J; collective.
 
         Args:
             q: Local array of a state.
-            about: State that it is a change of, which does not matter.
         """
         self._q.x.array[:] = q
         read = self._read()
@@ -101,10 +100,8 @@ class Roughness:
         ]
         values = np.concatenate(tensors, axis=-1)
         rough = values - self._smooth(values)
-        found = self._stored(rough)
-        if self._held and found < JUMPS * self._stored(values):
-            return 0.0
-        return found
+        found, whole = self._comm.allreduce(np.array([*map(self._stored, (rough, values))]))
+        return 0.0 if self._held and found < JUMPS * whole else float(found)
 
     def _in_space(self, v: Floats, half: float) -> Floats:
         """Entries of symmetric tensors in space, shape (cells, points, 6).

@@ -75,8 +75,8 @@ class Mesh:
     @property
     def curved(self) -> bool:
         """True for a thin and curved body; collective."""
-        directors = self._body.node_directors()[:, 0]
-        return self._mean(self._slender * self._turned(directors)) >= CURVED
+        turned = self._turned(self._body.node_directors()[:, 0])
+        return self._mean(self._slender * turned) >= CURVED
 
     def _turned(self, directors: Floats) -> Floats:
         d, (ends, starts) = directors[self._corners], self._sides

@@ -16,14 +16,16 @@ from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.files.checksums import add_checksum, checksum
 from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.observers.deferred_observer import DeferredObserver
-from shellmb.restart import Restartable
+from shellmb.restart import Restartable, arrays_of, without_arrays
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, busy, separated
 
 Arrays = dict[str, Floats]
 
 INTERVAL = 30.0
-FORMAT = 7
+FORMAT = 8
+# what names of saved arrays of observers begin with
+OBSERVED = "observers/"
 # name in the folder
 STATE_FILE = "state.json"
 
@@ -139,8 +141,9 @@ class Checkpoint(BaseObserver):
         """Write the state that was remembered last."""
         arrays, whole, observers, counts = self._last
         past, simulation = separated(whole)
+        past |= arrays_of(observers, OBSERVED)
         observers = observers | {n: self._later[n].state_at(c) for n, c in counts.items()}
-        observers = {name: observers[name] for name in self._names}
+        observers = {name: without_arrays(observers[name]) for name in self._names}
         for written in self._files.values():
             written.write()
         stem = f"step-{simulation['step']:08d}"
