@@ -16,15 +16,18 @@ from shellmb.model.model import Model
 from shellmb.scene import Scene
 
 SECTIONS = stiffened_modes, wrinkled_modes
+# part of a frequency that loads change at most where it is compared without them
+CHANGED = 0.2
 
 
 def beside_better(
     model: Model,
     modes: Sequence[Motion],
     unknowns: int,
-    values: Floats | None,
+    values: Floats,
     better: Callable[[Scene], Floats],
     what: str,
+    loaded: bool = False,
 ) -> list[str]:
     """Sentences on modes that are not those of better elements; collective.
 
@@ -32,16 +35,16 @@ def beside_better(
         model: The model.
         modes: Its modes about the reference.
         unknowns: Number of unknowns.
-        values: What is compared of all modes, frequencies or load factors; None: those of the scene
-            as `better` gives them.
-        better: Gives the same of a scene.
+        values: What is compared of all modes, frequencies or load factors.
+        better: Gives the same of a scene, without loads.
         what: What it is called.
+        loaded: Whether loads act on the modes, which better elements are compared without; where
+            these change a frequency much, nothing is known of it.
     """
     # those of bodies in modes without loads may be singular
-    known = values is not None or not model.modal
-    if not known or not any(_doubtful(model, name, modes) for name in model.shells):
+    if (loaded and model.modal) or not any(_doubtful(model, name, modes) for name in model.shells):
         return []
-    here = better(model.scene) if values is None else values
+    here = better(model.scene) if loaded else values
     # eigenproblems cost more than linear responses
     if found := by_better(model.scene, 2 * unknowns, better):
         right, how = found
@@ -52,7 +55,8 @@ def beside_better(
         parts = beyond(*(each[:count] for each in (here, *wider[0])))
     else:
         return []
-    off = {n: parts[n - 1] for n, *_ in modes if n <= len(parts)}
+    bare = np.abs(here - values) < CHANGED * np.abs(values)
+    off = {n: parts[n - 1] for n, *_ in modes if n <= len(parts) and bare[n - 1]}
     far = [n for n in off if off[n] > BOUND]
     if not far:
         return []

@@ -8,7 +8,6 @@ it is deformed, which are smooth; very many unknowns with elements that are wide
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -100,11 +99,9 @@ def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tu
     regular = replace(scene, shells=tuple(replace(s, distortion=0.0) for s in scene.shells))
     for more, what, options in choices:
         if more * unknowns < FEW:
-            begin = time.perf_counter()
             # triangles of files become no quadrilaterals
             with _quietly():
-                found = solve(regular.with_options(**options))
-                return found, f"{what} ({time.perf_counter() - begin:.1f} s)"
+                return solve(regular.with_options(**options)), what
     return None
 
 

@@ -216,9 +216,9 @@ def _doubtful(
         return np.asarray(np.sqrt(np.abs(lower.values.real)))
 
     # equilibria of better elements cost more than what they tell
-    values = np.sqrt(np.abs(found.values.real)) if state is None else None
-    what = "frequency" if state is None else "frequency without loads"
-    said = beside_better(model, modes, system.size, values, better, what)
+    values, loaded = np.sqrt(np.abs(found.values.real)), state is not None
+    what = "frequency without loads" if loaded else "frequency"
+    said = beside_better(model, modes, system.size, values, better, what, loaded)
     return said + [text for look in SECTIONS for text in look(model, state, modes)]
 
 
