@@ -11,13 +11,29 @@ static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int 
 {
     const Table *t = r->tables + l->table;
     const int *begin = t->begin + entity * r->points + from;
-    int s = l->stride;
+    int full = begin[count] - begin[0] == count * t->nodes, N = t->nodes, s = l->stride;
     for (int k = 0; k < l->count; k += 3) {
-        int some = l->count - k < 3 ? l->count - k : 3;
+        int some = l->count - k < 3 ? l->count - k : 3, p = 0;
         const V *a = w + l->first[k], *b = w + l->first[k + (some > 1)], *c = w + l->first[k + 2 * (some > 2)];
         V *to = registers + l->to[k], *also = registers + l->to[k + (some > 1)];
         V *third = registers + l->to[k + 2 * (some > 2)];
-        for (int p = 0; p < count; ++p) {
+        for (; full && p + 1 < count; p += 2) {
+            const double *v = t->value + begin[p], *q = t->value + begin[p + 1];
+            V x0 = {0}, y0 = {0}, z0 = {0}, x1 = {0}, y1 = {0}, z1 = {0};
+            for (int e = 0; e < N; ++e) {
+                V A = a[e * s], B = b[e * s], C = c[e * s];
+                x0 += v[e] * A;
+                y0 += v[e] * B;
+                z0 += v[e] * C;
+                x1 += q[e] * A;
+                y1 += q[e] * B;
+                z1 += q[e] * C;
+            }
+            third[p] = z0, third[p + 1] = z1;
+            also[p] = y0, also[p + 1] = y1;
+            to[p] = x0, to[p + 1] = x1;
+        }
+        for (; p < count; ++p) {
             V x = {0}, y = {0}, z = {0};
             for (int e = begin[p]; e < begin[p + 1]; ++e) {
                 double v = t->value[e];
@@ -66,6 +82,28 @@ static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const
     }
 }
 
+/* Sums of so few products, which are a constant for the compiler, of values or of numbers that all points
+ * have with values. */
+static INLINED void NAME(dot)(int some, int uniform, const int *terms, V *const *base, V *restrict to,
+                              const double *u, int n)
+{
+    const V *x[6], *y[6];
+    V same[6];
+    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k) {
+        x[k] = uniform ? NULL : AT(terms[2 * k]), y[k] = AT(terms[2 * k + 1]);
+        same[k] = (V){0} + (uniform ? u[terms[2 * k]] : 0.0);
+    }
+    FEW(i)
+    {
+        V sum = (uniform ? same[0] : x[0][i]) * y[0][i];
+        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
+            sum += (uniform ? same[k] : x[k][i]) * y[k][i];
+        to[i] = sum;
+    }
+}
+
+#define DOT(some) case DOT##some: NAME(dot)(some, 0, terms + k->a, base, to, u, n); break;
+#define U_DOT(some) case U_DOT##some: NAME(dot)(some, 1, terms + k->a, base, to, u, n); break;
 #define TERMS(count, adds, factor)                                                                 \
     for (int j = count; j > 0; --j, t += 2) {                                                      \
         const V *y = AT(t[1]);                                                                     \
@@ -100,6 +138,8 @@ static INLINED void NAME(operate_on)(int count, const Instruction *code, const i
             FEW(i) to[i] = sum[i];
             break;
         }
+        DOT(2) DOT(3) DOT(4) DOT(5) DOT(6)
+        U_DOT(2) U_DOT(3) U_DOT(4) U_DOT(5)
         case FILL: OF_ALL(zero + u[k->a]);
         default: NAME(apply)(k, base, n);
         }
@@ -418,6 +458,8 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
 }
 #undef AT
 #undef OF_ALL
+#undef DOT
+#undef U_DOT
 #undef ENTRIES
 #undef TILES
 #undef FEW
