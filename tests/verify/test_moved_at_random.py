@@ -6,7 +6,12 @@ import pytest
 from shellmb.arrays import Floats
 from shellmb.demos.verification.problems.elements.curved import half_hypar
 from shellmb.demos.verification.problems.elements.rows import MOVED, Mesh
-from shellmb.meshes.raw import boundary_facets, vertex_count
+from shellmb.meshes.raw import (
+    boundary_facets,
+    geometry_element,
+    shape_functions,
+    vertex_count,
+)
 from shellmb.meshes.surfaces import layout, structured
 
 
@@ -21,10 +26,9 @@ def moved(plan: layout.Layout, fraction: float, seed: int = 1) -> Floats:
     away = np.random.default_rng(seed).uniform(-1, 1, (len(inner), 2))
     shift = np.zeros_like(x)
     shift[inner] = fraction * away * np.ptp(x, axis=0) / cells
-    middles = plan.cells[:, count:]
-    for column, sources in enumerate(layout._sources(plan.cell, middles.shape[1])):
-        corners = plan.cells[:, list(sources)]
-        shift[middles[:, column]] = shift[corners].mean(axis=1)
+    order = 1 if plan.cells.shape[1] == count else 2
+    points = np.asarray(geometry_element(plan.cell, order).points)
+    shift[plan.cells] = shape_functions(plan.cell, 1, points) @ shift[plan.cells[:, :count]]
     return np.asarray(x + shift)
 
 
