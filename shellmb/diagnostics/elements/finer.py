@@ -53,7 +53,7 @@ SEVERAL = 16
 # powers of the terms of polynomials of degree 4
 POWERS = np.array([p for p in np.ndindex(5, 5, 5) if sum(p) < 5])
 # what scenes under such loads have of their own
-KEPT = "shells supports joins beams rigid_bodies joints glues redundant".split()
+KEPT = "shells supports joins beams rigid_bodies joints glues redundant solver".split()
 # what to do where bodies are off
 REMEDY = "its elements are too coarse or too distorted; use finer or more regular ones, or degree=3"
 
