@@ -21,7 +21,7 @@ from shellmb.show.pictures import shown_shape
 from shellmb.show.space.colours import MARKS
 from shellmb.show.space.display import canvas
 from shellmb.show.space.scenery import JOINTS, OBSTACLES, RIGID, THIN, Showing, Stage, showing
-from shellmb.show.space.smooth import smooth
+from shellmb.show.space.smooth import Pieces
 from shellmb.show.space.views import ACROSS, Appearance, directions, view_of
 
 # a card and the band below it with the bar, pixels; drawn larger by so much, and reduced
@@ -72,15 +72,15 @@ class _Card(Stage):
                 if name not in (OBSTACLES, JOINTS) and not marks and moved > STILL * what.view.size:
                     self._ghost(what, name, state)
 
-    def _reference(self, pv: Any, shape: Any) -> None:
+    def _reference(self, pv: Any, name: str, X: Floats, fine: Pieces) -> None:
         if not self.ghosts:
-            super()._reference(pv, shape)
+            super()._reference(pv, name, X, fine)
 
     def _ghost(self, what: Showing, name: str, state: dict[str, Any]) -> None:
         import pyvista as pv
 
         shape = what.shapes[name]
-        fine, x = smooth(shape), what.place(name, state[name])
+        fine, x = shape.fine, what.place(name, state[name])
         if len(fine.faces):
             mesh = pv.PolyData.from_regular_faces(fine.at(x), fine.faces.astype(int))
             self._plotter.add_mesh(mesh, color=RIGID if name == "solids" else "#2a6f97", **GHOST)

@@ -120,13 +120,14 @@ def cards() -> str:
     """All cards, by kind, the paper's examples first."""
     times = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
     lines = demos()
+    named: dict[str, list[str]] = {FIRST: []} | kinds()
     groups = {
         kind: [
             card(name, lines[name], times.get(name))
             for name in sorted(names, key=lambda n: BEST.index(n) if n in BEST else len(BEST))
             if (PICTURES / f"{name}.png").is_file()
         ]
-        for kind, names in ({FIRST: []} | kinds()).items()
+        for kind, names in named.items()
     }
     return "\n\n".join(
         f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 2 2\n:gutter: 2\n\n"

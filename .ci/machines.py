@@ -19,7 +19,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from shellmb.native.compiling.flags import FORCED_LANES, FORCED_LEVEL, features_here, runnable
@@ -58,15 +57,15 @@ def main() -> None:
             first = history if first is None else first
             said = f"{summary['steps']} steps"
             if len(first) == len(history):
-                kept = [c for c in first if not any(part in c for part in LEFT_OUT)]
+                kept = [c for c in first if not any(part in str(c) for part in LEFT_OUT)]
                 largest = first[kept].abs().max()
                 # forces and moments of a joint; components of a vector; parts of the energy law
-                beside = [re.sub(r"\..*|_[xyz]$", "", column) for column in kept]
+                beside = [re.sub(r"\..*|_[xyz]$", "", str(column)) for column in kept]
                 beside = [re.sub("work.*|.*energy|dissipation", "energies", x) for x in beside]
                 size = largest.groupby(beside).transform("max")
                 apart = ((history[kept] - first[kept]).abs().max() / size)[size > 0]
                 said += f", history differs by {apart.max():.1e} ({apart.idxmax()})"
-            said += f", account {np.format_float_scientific(summary['energy_balance_error'], 1)}"
+            said += f", account {summary['energy_balance_error']:.1e}"
             print(f"{scene}: {' '.join(kind[:3])}: {said}", flush=True)
 
 

@@ -76,6 +76,6 @@ def first() -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["antenna"]:
-        antenna(*sys.argv[2:3] or [None])
+        antenna(sys.argv[2] if len(sys.argv) > 2 else None)
     else:
         first()

@@ -219,8 +219,8 @@ def pages(stored: list[Entry]) -> dict[Path, str]:
     """The pages with the tables of the stored rows."""
     text = ELEMENTS.read_text()
     for cell in OTHERS:
-        marks = (f"<!-- {cell}: {end} -->" for end in ("begin", "end"))
-        text = replaced(text, *marks, elements(stored, cell))
+        begin, end = (f"<!-- {cell}: {each} -->" for each in ("begin", "end"))
+        text = replaced(text, begin, end, elements(stored, cell))
     motions = replaced(
         IN_TIME.read_text(), *("<!-- in time: begin -->", "<!-- in time: end -->"), in_time(stored)
     )
