@@ -6,21 +6,50 @@ Nothing here is of the room around it: no C of ours, no language of FFCx's, no v
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from petsc4py import PETSc
 
+import filelock
 import numpy as np
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
+from ufl.domain import extract_domains
 
 from shellmb.arrays import Floats, Ints
+from shellmb.native.compiling.folder import cache_folder
 from shellmb.native.derivatives import expanded
 
 # the plain code of FFCx, in a reasonable time
-FLAGS = {"cffi_extra_compile_args": ["-O1", "-g0"]}
+FLAGS = ["-O1", "-g0"]
+
+
+@contextmanager
+def _compiling(value: Form | Expr) -> Iterator[dict[str, Any]]:
+    """Let one process compile at a time; FFCx would wait for ever for one that was killed.
+
+    Args:
+        value: What is compiled.
+
+    Yields:
+        Options for DOLFINx.
+    """
+    folder = cache_folder() / "reference"
+    folder.mkdir(exist_ok=True)
+    options = {"cffi_extra_compile_args": FLAGS, "cache_dir": folder}
+    domain: Any = extract_domains(value)[0]
+    if domain.ufl_cargo().comm.rank > 0:
+        # the first rank compiles while others wait for it
+        yield options
+        return
+    with filelock.FileLock(folder / "lock"):
+        for source in folder.glob("*.c"):
+            if not source.with_suffix(".c.cached").exists():
+                source.unlink()
+        yield options
 
 
 def compiled_form(form: Form) -> fem.Form | None:
@@ -30,7 +59,10 @@ def compiled_form(form: Form) -> fem.Form | None:
         form: The form.
     """
     form = expanded(form)
-    return None if form.empty() else fem.form(form, jit_options=FLAGS)
+    if form.empty():
+        return None
+    with _compiling(form) as options:
+        return fem.form(form, jit_options=options)
 
 
 def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
@@ -40,8 +72,8 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
         value: The expression.
         points: Where on the reference element it is wanted, shape (n, dimension).
     """
-    options: Any = FLAGS
-    return fem.Expression(value, points, jit_options=options)
+    with _compiling(value) as options:
+        return fem.Expression(value, points, jit_options=options)
 
 
 def _parts(ends: Ints, entries: Ints) -> list[Ints]:

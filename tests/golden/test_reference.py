@@ -10,15 +10,18 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from mpi4py import MPI  # noqa: F401  (before dolfinx)
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 import pytest
+import ufl
+from dolfinx import fem
+from dolfinx.mesh import create_unit_interval
 
 from shellmb.native import kernels, library
 from shellmb.native.operations import LoopPartSizes, PartSizes
-from shellmb.native.reference import ReferencePartSizes
+from shellmb.native.reference import ReferencePartSizes, compiled_form
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import EnclosedVolume, Gas, InitialVelocity, PathFollowing, Pressure, Scene
@@ -105,6 +108,18 @@ def test_two_ranks_are_one(mpirun) -> None:
     )
     (line,) = mpirun(2, "-c", source).splitlines()
     assert float(line.removeprefix("beam ed: ").split()[0]) < BOUND
+
+
+def test_what_was_killed_is_compiled_again(tmp_path, monkeypatch) -> None:
+    """A process that ended while it compiled leaves a source that FFCx would wait for."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    dx = ufl.Measure("dx", create_unit_interval(MPI.COMM_SELF, 1))
+    form = fem.Constant(dx.ufl_domain(), 2.0) * dx
+    for _ in range(2):
+        assert fem.assemble_scalar(compiled_form(form)) == pytest.approx(2.0)
+        (source,) = tmp_path.glob("fenics/reference/*.c")
+        source.with_suffix(".c.cached").unlink()
+        source.write_text("cut of")
 
 
 @pytest.mark.parametrize("directors", [1, 3])
