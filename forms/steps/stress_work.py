@@ -7,7 +7,6 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.general_strains import StrainPath
 from shellmb.forms.steps.mixed import Interval, MixedSection
 from shellmb.forms.steps.path import Path, Stress, across, slope_at
@@ -75,9 +74,7 @@ def interval_work(
     N = last = section.forces(layout, span.unknown)
     if span.a is not span.b:
         # linear: the average of the stresses is the stress of the averages
-        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        mean = stress_average(section.forces(layout, span.a), last, span.beta)
-        N = section.where_held(last, mean)
+        e, N = section.averages(strain, layout, span)
     work = acting(strain, span.a, span.b, span.mid, dq)
     found = [work(s) for s in section.stress(e, N)]
     return added(found, section.gap(e, end, last, section.forces(layout, dq)))

@@ -10,7 +10,7 @@ import numpy as np
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
 from shellmb.native import reference
 from shellmb.native.assembler import is_native
@@ -23,32 +23,32 @@ MIDDLE = np.array([[0.5]])
 
 
 def values_in_cells(
-    value: Expr, points: Any, domain: mesh.Mesh, ghosts: bool = False
+    value: Expr, points: Any, domain: mesh.Mesh, cells: slice | Ints | None = None
 ) -> Callable[[], Floats]:
-    """Make what finds an expression in the cells that this rank owns; collective.
+    """Make what finds an expression in cells of this rank; collective.
 
     Args:
         value: The expression, without arguments.
         points: Where on the reference element it is wanted, shape (n, dimension).
         domain: The mesh.
-        ghosts: Whether it is wanted in the cells of other ranks that this one sees, too.
+        cells: Numbers of the cells; None: those that this rank owns.
 
     Returns:
         Gives its values as they are now, shape (cells, points, components).
     """
     places = np.reshape(np.asarray(points, dtype=float), (len(points), -1))
-    index_map = domain.topology.index_map(domain.topology.dim)
-    count = int(index_map.size_local + (index_map.num_ghosts if ghosts else 0))
+    if cells is None:
+        cells = slice(domain.topology.index_map(domain.topology.dim).size_local)
     if is_native():
         try:
-            return _CellValues(value, places, domain, count)
+            return _CellValues(value, places, domain, cells)
         except Unsupported:
             # then DOLFINx has to compile it
             pass
     expression = reference.compiled_expression(value, np.asarray(points))
-    cells = np.arange(count, dtype=np.int32)
-    shape = count, len(points), math.prod(value.ufl_shape)
-    return lambda: np.asarray(expression.eval(domain, cells)).reshape(shape)
+    numbers = np.arange(len(domain.geometry.dofmaps[0]), dtype=np.int32)[cells]
+    shape = len(numbers), len(points), math.prod(value.ufl_shape)
+    return lambda: np.asarray(expression.eval(domain, numbers)).reshape(shape)
 
 
 def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Floats]:
@@ -64,7 +64,7 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
     """
     domain, size = state.function_space.mesh, int(value.ufl_shape[0])
     cells, place = len(domain.geometry.dofmaps[0]), state.x.array
-    now = values_in_cells(value, MIDDLE, domain, ghosts=True)
+    now = values_in_cells(value, MIDDLE, domain, np.s_[:])
 
     def find(states: Floats) -> Floats:
         found = np.zeros((len(states), cells, size))
@@ -77,18 +77,19 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
 
 
 class _CellValues:
-    """Values in the first cells of a mesh by the loop over them in C; arguments as above."""
+    """Values in cells of a mesh by the loop over them in C; arguments as above."""
 
-    def __init__(self, value: Expr, points: Floats, domain: mesh.Mesh, count: int) -> None:
+    def __init__(self, value: Expr, points: Floats, domain: mesh.Mesh, cells: slice | Ints) -> None:
         program, structure = program_of(value, points)
         self._lib, pointer = native.cells().lib, CArrays()
         address = np.array([program.address(pointer)])
         self._constants = [address, *(c.value.reshape(-1) for c in structure.constants)]
         self._packed = np.zeros(sum(map(len, self._constants)))
-        geometry = np.ascontiguousarray(domain.geometry.x[domain.geometry.dofmaps[0][:count]])
+        geometry = np.ascontiguousarray(domain.geometry.x[domain.geometry.dofmaps[0][cells]])
         functions = list(structure.coefficients)
-        tables = program.of_each([cell_dofs(f.function_space)[:count] for f in functions])
+        tables = program.of_each([cell_dofs(f.function_space)[cells] for f in functions])
         sizes = [table.shape[1] for table in tables]
+        count = len(geometry)
         self._shape = count, len(points), math.prod(value.ufl_shape)
         size = self._shape[1] * self._shape[2]
         members = {
@@ -104,7 +105,7 @@ class _CellValues:
             "dofs": pointer.many("int *", [pointer(table) for table in tables]),
             "sizes": pointer(np.array([*sizes, 0], dtype=np.int32)),
         }
-        cells = {
+        where = {
             "cells": count,
             "size": size,
             "dofs": pointer(np.arange(count * size, dtype=np.int32)),
@@ -114,7 +115,7 @@ class _CellValues:
             "lanes": 1,
         }
         self._kept = pointer, program
-        self._loop = pointer.many("Cells", [cells]), pointer.many("Kernel", [members]), 1
+        self._loop = pointer.many("Cells", [where]), pointer.many("Kernel", [members]), 1
 
     def __call__(self) -> Floats:
         """Values as they are now."""

@@ -333,18 +333,14 @@ def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
 
 
 class _Changes(Resultants):
-    """Changes of resultants with a state, and of those of branches by their times."""
+    """Changes of resultants of some cells with a state, and of those of branches by their times."""
 
-    def __init__(self, body: Any, q: fem.Function, change: fem.Function) -> None:
+    def __init__(self, body: Any, q: fem.Function, change: fem.Function, cells: Ints) -> None:
         found = [expand_derivatives(ufl.derivative(body.resultants(q), q, change))]
         own = branches_of(body)
         relaxing = [] if own is None else list(own.stresses(q, change))
         self.times = [time for time, _ in relaxing]
-        self._prepare(body, found + [body.of_stress(stress, q) for _, stress in relaxing])
-
-    def only(self, cells: Ints) -> None:
-        """Read these elements alone."""
-        self._cells = cells.astype(np.int32)
+        self._prepare(body, found + [body.of_stress(stress, q) for _, stress in relaxing], cells)
 
     def every(self) -> list[Floats]:
         """Values of each element that is read at its nodes."""
@@ -356,10 +352,9 @@ def _resultant(
 ) -> Floats:
     """Rows of a resultant at a node, by one unknown of the elements there after the other."""
     change = fem.Function(body.mixed.space)
-    reading = _Changes(body, _function(state, body.name), change)
     at = body.mixed.subspaces["u"].dofmap.list
     cells = np.flatnonzero(np.isin(at, nodes).any(axis=1))
-    reading.only(cells)
+    reading = _Changes(body, _function(state, body.name), change, cells)
     places = np.isin(at[cells], nodes)
     dofs = np.unique(np.concatenate([body.mixed.space.dofmap.cell_dofs(c) for c in cells]))
     numbers, rows = _numbers(state, body.name), np.zeros((3 + len(times), state.system.size))

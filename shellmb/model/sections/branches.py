@@ -297,7 +297,7 @@ class _Group:
 
     def _at_points(self, value: Expr) -> Floats:
         """Values at the points, shape (cells, points, size)."""
-        return values_in_cells(value, self._points, self._domain, ghosts=True)()
+        return values_in_cells(value, self._points, self._domain, np.s_[:])()
 
     @cached_property
     def _moments(self) -> list[Expr]:
@@ -308,7 +308,7 @@ class _Group:
 
     @cached_property
     def _changes(self) -> list[Callable[[], Floats]]:
-        where = self._points, self._domain, True
+        where = self._points, self._domain, np.s_[:]
         return [values_in_cells(moment, *where) for moment in self._moments]
 
     def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:

@@ -11,7 +11,7 @@ from dolfinx import fem
 from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Int32s
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
@@ -95,20 +95,20 @@ class Resultants:
         """
         return sum((body.of_stress(stress, q) for _, stress in self._springs(when)), elastic)
 
-    def _prepare(self, body: ShellModel | BeamModel, vectors: list[Expr]) -> None:
-        """Make what is read, of states and perhaps as means."""
+    def _prepare(
+        self, body: ShellModel | BeamModel, vectors: list[Expr], cells: Ints | None = None
+    ) -> None:
+        """Make what is read, of states and perhaps as means, in some cells or all of this rank."""
         nodes = body.mixed.subspaces["u"]
         inner = reading_element(nodes)
         points = np.asarray(inner.points, dtype=np.float64)
-        self._mesh = nodes.mesh
         self.size = int(vectors[0].ufl_shape[0])
-        self._expressions = [values_in_cells(vector, points, self._mesh) for vector in vectors]
+        self._expressions = [values_in_cells(v, points, nodes.mesh, cells) for v in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
         table = np.asarray(inner.tabulate(0, at))
         self._continued: Floats = table[0, :, :, 0]
-        local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
-        self._cells = np.arange(local, dtype=np.int32)
+        local = nodes.mesh.topology.index_map(nodes.mesh.topology.dim).size_local
         self._nodes = nodes.dofmap.list[:local]
 
     def solved(self) -> None:
@@ -126,8 +126,8 @@ class Resultants:
         return self.at_nodes(self._expressions[0])
 
     def at_nodes(self, values: Callable[[], Floats]) -> Floats:
-        """Values at the nodes of each element of this rank, from what finds those at points."""
-        return np.asarray(np.einsum("np,epk->enk", self._continued, values()[self._cells]))
+        """Values at the nodes of each element that is read, from what finds those at points."""
+        return np.asarray(np.einsum("np,epk->enk", self._continued, values()))
 
     def back(self, slopes: Floats) -> Floats:
         """Derivatives of a number by values at points, from those by `elements`, alike shaped."""
