@@ -45,6 +45,14 @@ def warn(sentence: str, category: type[Warning] = ShellmbWarning) -> None:
     warnings.warn(sentence, category, skip_file_prefixes=(*folders, *files))
 
 
+@contextlib.contextmanager
+def unsaid() -> Iterator[None]:
+    """Context in which the project warns of nothing, as of a scene beside the one that has."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ShellmbWarning)
+        yield
+
+
 class ConvergenceError(ShellmbError):
     """A nonlinear solve that did not converge; the text says which field, where, what to try.
 

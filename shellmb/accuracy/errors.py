@@ -348,7 +348,7 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
     return Errors(results, probes, said)
 
 
-def add_errors(run: RunResult) -> Errors:
+def add_errors(run: RunResult) -> None:
     """Estimate the errors of a run and put them into its summary, also the one on disk; collective.
 
     In the summary, `results` then has a table for each number, and `errors` those of the probes.
@@ -356,9 +356,7 @@ def add_errors(run: RunResult) -> Errors:
     Args:
         run: The run, at its end.
     """
-    found = estimate_errors(run)
-    write_errors(run.summary, run.out, run.simulation.model.comm, found)
-    return found
+    write_errors(run.summary, run.out, run.simulation.model.comm, estimate_errors(run))
 
 
 def write_errors(summary: dict[str, Any], out: Path | None, comm: MPI.Comm, found: Errors) -> None:

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.run_record import RunRecord, keep
-from shellmb.errors import ShellmbError, Stopped
+from shellmb.errors import ShellmbError, Stopped, unsaid
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.running.request import Request
@@ -80,6 +80,7 @@ class Family:
         self.found: dict[Change, RunRecord | None] = {}
         self.failures: dict[Change, str] = {}
 
+    @unsaid()
     def run(self, change: Change) -> RunRecord | None:
         """A comparison run; None where it cannot be, or fails; collective.
 

@@ -19,7 +19,7 @@ from shellmb.accuracy.estimates import (
     model_error,
     write_summary,
 )
-from shellmb.errors import ShellmbError, Stopped
+from shellmb.errors import ShellmbError, Stopped, unsaid
 from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured
 from shellmb.running.rotating.loaded import modes_at_rest
@@ -41,7 +41,7 @@ def add_mode_errors(
     directory: Path,
     loaded: bool = False,
     results: ModeResults | None = None,
-) -> dict[str, ErrorEstimate]:
+) -> None:
     """Estimate errors of modes and put them into the summary, also the one on disk; collective.
 
     In the summary, `errors` then has a table for each frequency, "f1", and `results` one for each
@@ -54,13 +54,9 @@ def add_mode_errors(
         directory: Where it is.
         loaded: Whether they are about the static equilibrium.
         results: What gave the results.
-
-    Returns:
-        Frequencies and results with their errors, by name.
     """
     found, remarks = mode_errors(scene, modes, summary["results"], loaded, results)
     write_mode_errors(modes.model.comm, summary, directory, found, remarks)
-    return found
 
 
 def write_mode_errors(
@@ -166,6 +162,7 @@ def frequencies(modes: Modes) -> dict[str, float]:
     return {f"f{k}": float(f) for k, f in enumerate(modes.frequencies, start=1)}
 
 
+@unsaid()
 def _companion(
     scene: Scene,
     modes: Modes,

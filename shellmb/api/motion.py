@@ -32,7 +32,8 @@ class Motion(SceneMotion):
         motion.step(100)
         motion.u("plate"), motion.energies
 
-    A step can be tried first: `motion.trial(dt)`, then `motion.accept()` or `motion.reject()`.
+    A step can be tried first: `motion.trial(dt)`, then `motion.accept()` or `motion.reject()`; one
+    that is longer than `dt` is tried in several.
 
     Args:
         bodies: The bodies.

@@ -78,9 +78,8 @@ class Requested:
             directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
         ) -> Run | ModeShapes:
             running = Running(comm, own.results, request, mode_results=own.mode_results, **how)
-            return _of_levels(
-                directory, run_to_accuracy(scene, target, directory, running, pictures)
-            )
+            outcome = run_to_accuracy(scene, target, directory, running, pictures)
+            return _of_levels(directory, outcome)
 
         return run_levels
 
@@ -220,8 +219,8 @@ def resume(
     observers: Sequence[Observer] = (),
     pictures: bool = True,
     comm: MPI.Comm | None = None,
-) -> Run:
-    """Continue a run from its last saved state.
+) -> Run | ModeShapes:
+    """Continue a run from its last saved state, or the levels of a request with ``accuracy``.
 
     Args:
         out: Its directory.
@@ -230,6 +229,9 @@ def resume(
         observers: The same additional observers as in the run.
         pictures: Whether pictures are drawn at the end.
         comm: Communicator, of as many ranks as the run's; None: all ranks.
+
+    Returns:
+        The run; of a request for modes these.
 
     Raises:
         SceneError: If there is no such run, its state is damaged or of another scene.
@@ -244,8 +246,7 @@ def resume(
             "path of its Python file"
         )
     world = MPI.COMM_WORLD if comm is None else comm
-    found: Run = resumer(path_of(out))(scene, trust, world, pictures, observers=observers)
-    return found
+    return resumer(path_of(out))(scene, trust, world, pictures, observers=observers)
 
 
 def resumer(out: Path) -> Callable[..., Any]:

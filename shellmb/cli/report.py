@@ -191,6 +191,8 @@ def finish[T: StoredResult](
 
     from shellmb.api.modeshapes import ModeShapes, RotatingModes
 
+    # a run as it was computed: files have no infinite numbers
+    held: Any = found.computed if hasattr(found.computed, "results") else found
     # the files of the first rank are complete
     MPI.COMM_WORLD.Barrier()
     if not quiet and first_rank():
@@ -199,12 +201,11 @@ def finish[T: StoredResult](
         elif isinstance(found, ModeShapes):
             print_modes(found)
         else:
-            # as it was computed: files have no infinite numbers
-            print_run((found.computed or found).summary)
+            print_run(held.summary)
         _print_cost(found.directory)
         say(f"written to {found.directory}")
     if check is not None:
-        run_check(check, getattr(found.computed, "results", found.results))
+        run_check(check, held.results)
     return found
 
 

@@ -79,9 +79,11 @@ class Watch(BaseObserver):
 
     Attributes:
         name: Its name in `summary.json`.
+        runs: Whether its cautions take other runs: what failed or was stopped does without.
     """
 
     name: ClassVar[str] = ""
+    runs: ClassVar[bool] = False
 
     def __init__(self, sources: Sources) -> None:
         self.sources = sources

@@ -156,8 +156,7 @@ class SceneMotion:
         # columns of a state that was taken up again: some observers know those of the last step
         self._columns: Outputs | None = None
         named = StandardObservers(None, watched=False).named
-        own_work = PartnerWork(self._places)
-        self._begin([*(o for k, o in named.items() if k not in OF_RUNS), own_work])
+        self._begin([*(o for k, o in named.items() if k not in OF_RUNS), PartnerWork(self._places)])
 
     def _begin(self, observers: Sequence[Observer]) -> None:
         """Start what is measured from the present state on."""

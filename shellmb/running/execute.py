@@ -240,7 +240,7 @@ def _result(
     if isinstance(failure, KeyboardInterrupt):
         failed = INTERRUPTED
     rows = standard.sources.history.rows
-    watches = standard.watches if rows else ()
+    watches = [w for w in standard.watches if rows and not (w.runs and failure)]
     found = (*before, *(each for watch in watches for each in watch.cautions(simulation)))
     summary = summarise(simulation, standard.sources, wall, failed)
     summary |= points_and_events(simulation)

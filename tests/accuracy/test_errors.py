@@ -32,7 +32,7 @@ def plate(**options: object) -> Scene:
     given = {"scheme": "ep4", "dt": 1e-2, "t_end": 0.2, "results": tip} | options
     body = {"section": STEEL, "size": (1.0, 0.08), "mesh": (4, 1)}
     probe = sm.Probe("tip", (1.0, 0.04, 0.0), component=2)
-    return scenes.cantilever((0, 0, 25.0), probes=probe, **body, **given)
+    return scenes.cantilever((0, 0, 25.0), probes=probe, **{**body, **given})
 
 
 def true_error(run: RunResult, finer: Scene, quantity: Quantity, size: float) -> float:
@@ -89,6 +89,17 @@ def test_a_scene_asks_for_errors(tmp_path: Path) -> None:
     assert resumed.errors.loc["tip", "error"] == pytest.approx(
         run.errors.loc["tip", "error"], rel=1e-3
     )
+
+
+def test_comparison_runs_do_not_warn_again() -> None:
+    """The run, or its modes, have said what is to be said of the units."""
+    scene = plate(t_end=0.02, section=replace(STEEL, E=210e3), errors=True)
+    with pytest.warns(sm.ShellmbWarning, match="check the units") as said:
+        sm.run(scene)
+    assert len(said) == 1
+    with pytest.warns(sm.ShellmbWarning, match="check the units") as said:
+        sm.modes(scene, count=2)
+    assert len(said) == 1
 
 
 def test_what_is_off_costs_nothing() -> None:

@@ -4,6 +4,7 @@ True are differences of statics from finer meshes, in per cent; RIGHT is below t
 --case "elements/*"`: cantilever, straight beam out of plane, two pins, point force).
 """
 
+import json
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.demos.verification.problems.elements.rows import Mesh
+from shellmb.diagnostics.elements import coarse
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.finer import compared
 from shellmb.errors import Stopped
@@ -41,6 +43,19 @@ def beam(cell: Any, **more: Any) -> Scene:
     return Scene("beam", shell, **{"scheme": "ep", "dt": 5.0, "t_end": 200.0, **more})
 
 
+def halves(cell: Any, load: sm.EdgeForce) -> Scene:
+    """That strip of two pieces that are joined, which turn as one."""
+    whole = beam(cell, loads=load)
+    pieces = [
+        replace(whole.shells[0], name=name, surface=replace(STRIP, length=0.5, origin=(x, 0, 0)))
+        for name, x in (("inner", 0.0), ("outer", 0.5))
+    ]
+    pieces = [replace(piece, mesh=(3, 1)) for piece in pieces]
+    join = sm.Join("inner", "outer", at="right", second_at="left")
+    loads = replace(load, body="outer")
+    return replace(whole, shells=pieces, joins=join, loads=loads)
+
+
 def sheet(cell: Any, supports: Any, load: Any) -> Scene:
     """A sheet of 2x1 in its plane."""
     shell = sm.Shell("sheet", sm.Rectangle(2.0, 1.0), plain(1e-3), (8, 4), cell=cell)
@@ -67,6 +82,7 @@ def scenes(cell: Any) -> dict[str, tuple[Scene, float]]:
         "twisted in motion": (moving(strip(cell, (6, 1), plain(1e-2))), 5.3 if quad else 6.7),
         "bent in motion": (beam(cell, supports=sm.Clamped("left"), loads=ACROSS), RIGHT),
         "flies": (beam(cell, loads=KICK), RIGHT),
+        "flies in two pieces": (halves(cell, KICK), RIGHT),
         "swings on a hinge": (beam(cell, **swings), RIGHT),
         "plate in motion": (moving(plate(cell, 4, plain(1e-2)), 10.0), RIGHT if quad else 6.3),
         "tube in motion": (
@@ -109,6 +125,15 @@ class Stop(BaseObserver):
         """Stop behind step 40."""
         if simulation.step == 40:
             raise Stopped(15)
+
+
+def test_what_was_stopped_is_not_compared(monkeypatch, tmp_path) -> None:
+    """A second signal in the meantime would lose the summary."""
+    scene = moving(strip("quad", (6, 1), plain(1e-2)), steps=60)
+    monkeypatch.setattr(coarse, "compared", lambda *given: pytest.fail("it is compared"))
+    with pytest.raises(Stopped):
+        execute(scene, tmp_path / "run", [Stop()], pictures=False)
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["steps"] == 40
 
 
 def test_a_run_that_goes_on_warns_as_a_whole_one(tmp_path) -> None:

@@ -29,6 +29,7 @@ class Coarse(Sampled):
     """Looks whether shells move as those of better elements, where they store most energy."""
 
     name = "coarse mesh"
+    runs = True
     remembered = ("_steps", "_most", "_states")
 
     def _begin(self) -> None:
@@ -61,12 +62,9 @@ class Coarse(Sampled):
             if finer is not None and name in finer.off:
                 off, how = finer.off[name], finer.how
             else:
-                body, energy, q = (
-                    simulation.model.shells[name],
-                    self._most[name],
-                    self._states[name],
-                )
-                off, how = excess(body, q, signs.rough.energy(q) / energy), "by jumps of resultants"
+                q = self._states[name]
+                share = signs.rough.energy(q) / self._most[name]
+                off, how = excess(simulation.model.shells[name], q, share), "by jumps of resultants"
             if off > BOUND:
                 says = (
                     f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of its largest "

@@ -8,8 +8,7 @@ it is deformed, which are smooth; very many unknowns with elements that are wide
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -22,7 +21,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.diagnostics.elements.sampled import energy_of
-from shellmb.errors import ShellmbError, ShellmbWarning
+from shellmb.errors import ShellmbError, unsaid
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.locations.nodes import local_point
 from shellmb.observers.fields.nodal import state
@@ -73,8 +72,7 @@ class Finer(NamedTuple):
 @contextmanager
 def _quietly() -> Iterator[None]:
     """Ignore what another scene warns of, and end quietly where it is impossible."""
-    with warnings.catch_warnings(), suppress(ShellmbError):
-        warnings.simplefilter("ignore", ShellmbWarning)
+    with unsaid(), suppress(ShellmbError):
         yield
 
 
@@ -239,15 +237,19 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
     Forces on points, of joints and of inertia are spread over all of a body, and no longer known.
     """
     scene, loads, step = simulation.scene, [], simulation.scene.t_end
-    for name, q in states.items():
-        body = simulation.model.shells[name]
-        D, _, length = bending(body)
-        # forces by which it moves little, and whether edges hold it
-        scale, points = SMALL * D / length**4, _points(simulation, name)
-        held, linear = bool(points) and not any(points), simulation.scheme.linear
-        shape = Shape(*_moved(simulation, name, q), held, linear, scale)
-        if shape.size > NEAR**2:
-            loads.append(SurfaceForce(shape, body=name))
+    for names in _pieces(scene, states):
+        bodies = [simulation.model.shells[name] for name in names]
+        points = [point for name in names for point in _points(simulation, name)]
+        moved = [_moved(simulation, name, states[name]) for name in names]
+        x, u, areas = (np.concatenate(parts) for parts in zip(*moved, strict=True))
+        # whether edges hold it
+        held = bool(points) and not any(points)
+        u = _deformed(x, u, areas, held, simulation.scheme.linear)
+        # forces by which it moves little
+        scale = SMALL * min(D / length**4 for D, _, length in map(bending, bodies))
+        ends = np.cumsum([len(part) for part, *_ in moved])[:-1]
+        for name, *values in zip(names, np.split(x, ends), np.split(scale * u, ends), strict=True):
+            loads.append(SurfaceForce(Polynomial(*values), body=name))
     if not scene.static:
         step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
     scheme = "linear-statics" if scene.static else "linear-dynamics"
@@ -255,36 +257,47 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
     return Scene(scene.name, **kept, loads=loads, scheme=scheme, dt=step, t_end=step)
 
 
-class Shape:
-    """Shape in which a body is deformed, a polynomial of the place.
+def _pieces(scene: Scene, names: Iterable[str]) -> list[tuple[str, ...]]:
+    """Names of shells, of those that are joined together: these turn as one."""
+    pieces: dict[str, tuple[str, ...]] = {name: (name,) for name in names}
+    for join in scene.joins:
+        first, second = (pieces.get(name, ()) for name in (join.first, join.second))
+        if first != second:
+            pieces |= dict.fromkeys(first + second, first + second)
+    return list(dict.fromkeys(pieces.values()))
+
+
+def _deformed(x: Floats, u: Floats, areas: Floats, held: bool, linear: bool) -> Floats:
+    """Displacements without the rigid motion that is nearest.
 
     Args:
         x: Places of nodes, shape (n, 3).
         u: Their displacements.
         areas: Those that belong to them.
-        held: Whether the body is held along edges; it counts where it turns little.
+        held: Whether edges hold the body; it counts where it turns little.
         linear: Whether displacements are small ones of whatever size.
-        scale: Force for each of them.
+    """
+    most = float(np.linalg.norm(u, axis=1).max())
+    if linear and most > 0:
+        u = u * (SMALL * np.ptp(x, axis=0).max() / most)
+    X, y = (v - areas @ v / np.sum(areas) for v in (x, x + u))
+    V, _, W = np.linalg.svd(X.T @ (areas[:, None] * y))
+    V[:, 2] *= np.sign(np.linalg.det(V @ W))
+    back = (V @ W).T
+    return u if held and np.trace(back) >= 3 - TURNED**2 else y @ back - X
 
-    Attributes:
-        size: The largest displacement over the size of the body.
+
+class Polynomial:
+    """A polynomial of the place that is nearest to a field.
+
+    Args:
+        x: Places of nodes, shape (n, 3).
+        values: Values there, shape (n, 3).
     """
 
-    def __init__(
-        self, x: Floats, u: Floats, areas: Floats, held: bool, linear: bool, scale: float
-    ) -> None:
-        self._middle, self._length = areas @ x / np.sum(areas), float(np.ptp(x, axis=0).max())
-        most = float(np.linalg.norm(u, axis=1).max())
-        if linear and most > 0:
-            u = u * (SMALL * self._length / most)
-        X, y = x - self._middle, x + u - areas @ (x + u) / np.sum(areas)
-        V, _, W = np.linalg.svd(X.T @ (areas[:, None] * y))
-        V[:, 2] *= np.sign(np.linalg.det(V @ W))
-        back = (V @ W).T
-        if not held or np.trace(back) < 3 - TURNED**2:
-            u = y @ back - X
-        self.size = float(np.linalg.norm(u, axis=1).max()) / self._length
-        self._factors = np.linalg.lstsq(self._powers(x), scale * u, rcond=1e-8)[0]
+    def __init__(self, x: Floats, values: Floats) -> None:
+        self._middle, self._length = x.mean(axis=0), float(np.ptp(x, axis=0).max())
+        self._factors = np.linalg.lstsq(self._powers(x), values, rcond=1e-8)[0]
 
     def _powers(self, x: Floats) -> Floats:
         y = 2 * (x - self._middle) / self._length

@@ -146,7 +146,7 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     pairs_of = Relaxing(K, C, M, branches).solve if branches else partial(solve_quadratic, K, C, M)
     found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
     if not branches:
-        found = [told_from_zero(pair, K, C, M, rotating.shift) for pair in found]
+        found = told_from_zero(found, K, C, M, rotating.shift)
     zero = [pair for pair in found if abs(pair.value) < STILL * rotating.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
     second = [pair for pair in zero if pair.value.imag == 0][1::2]

@@ -15,6 +15,7 @@ from slepc4py import SLEPc
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.system.eigenvalues import (
     FALSE,
@@ -108,31 +109,38 @@ def solve_quadratic(
     return sorted(pairs, key=lambda pair: abs(pair.value))
 
 
-def told_from_zero(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, shift: float) -> Pair:
-    """A pair with a value below `STILL` of the shift if it is zero; collective.
+def told_from_zero(
+    pairs: Sequence[Pair], K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, shift: float
+) -> list[Pair]:
+    """Pairs, those that are zero with a value below `STILL` of the shift; collective.
 
     Heavy bodies on soft springs swing slowly, and what only a damper holds creeps: their stiffness
     or damping is no round-off.
 
     Args:
-        pair: The pair.
+        pairs: The pairs.
         K: Stiffness.
         C: Damping and gyroscopic terms.
         M: Mass.
-        shift: The shift at which it was found, 1/s.
+        shift: The shift at which they were found, 1/s.
     """
-    if abs(pair.value) >= NEUTRAL * shift:
-        return pair
-    spun = _round_off(C, M, pair) ** 2 / float(np.finfo(float).eps)
-    size, damping = abs(pair.value), abs(product(C, pair, pair) / product(M, pair, pair))
-    least = max(NOISE * (_round_off(K, M, pair) + spun), (FOUND * shift) ** 2)
-    zero = size * max(size, damping) < least
-    return pair._replace(value=STILL * pair.value) if zero else pair
+    found = list(pairs)
+    slow = [k for k, pair in enumerate(pairs) if abs(pair.value) < NEUTRAL * shift]
+    if not slow:
+        return found
+    held, spun = (_round_off(A, M, [pairs[k] for k in slow]) for A in (K, C))
+    least = np.maximum(NOISE * (held + spun**2 / np.finfo(float).eps), (FOUND * shift) ** 2)
+    for k, square in zip(slow, least, strict=True):
+        pair = pairs[k]
+        size, damping = abs(pair.value), abs(product(C, pair, pair) / product(M, pair, pair))
+        if size * max(size, damping) < square:
+            found[k] = pair._replace(value=STILL * pair.value)
+    return found
 
 
-def _round_off(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> float:
-    """Round-off of `v^T A v/(v^T M v)` of the larger part of a vector."""
-    return float(quotients(A, M, [max(pair[1:], key=lambda vector: vector.norm())])[1][0])
+def _round_off(A: PETSc.Mat, M: PETSc.Mat, pairs: Sequence[Pair]) -> Floats:
+    """Round-off of `v^T A v/(v^T M v)` of the larger part of each vector."""
+    return quotients(A, M, [max(p[1:], key=lambda vector: vector.norm()) for p in pairs])[1]
 
 
 def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
@@ -279,11 +287,11 @@ class Relaxing:
         if self._strained(v, shift):
             yield from (self._pole(s, v) for s in self._starts(v))
         else:
-            yield told_from_zero(v, self.K, self.C, self.M, shift)
+            yield from told_from_zero([v], self.K, self.C, self.M, shift)
 
     def _pole(self, s: complex, v: Pair) -> Pair:
         """The pole from a first one and its shape, by Newton's method."""
-        begin, round_off = s, _round_off(self.K, self.M, v)
+        begin, (round_off,) = s, _round_off(self.K, self.M, [v])
         for _ in range(STEPS):
             x = self._inverse(s, v)
             step = product(self.M, v, v) / product(self.M, v, x)
