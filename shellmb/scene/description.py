@@ -22,7 +22,7 @@ from shellmb.scene.probes import Probe, Reserve
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
 from shellmb.scene.settings import Output, PathFollowing, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.types import NONE, Name, Positive, Several
+from shellmb.scene.types import NONE, NOTHING, Completed, Name, Several
 from shellmb.scene.units import check_order, parse_units
 from shellmb.scene.values.validate import described
 
@@ -48,8 +48,9 @@ class Description:
     probes: Several[Probe] = NONE
     scheme: Annotated[str | Scheme, SkipValidation] = "static"
     alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
-    dt: Positive | None = None
-    t_end: Positive | None = None
+    # every scene that is made has both
+    dt: Completed = NOTHING
+    t_end: Completed = NOTHING
     solver: Solver = Solver()
     step_control: StepControl = StepControl()
     output: Output = Output()

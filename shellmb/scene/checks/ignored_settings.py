@@ -61,7 +61,6 @@ def _doubts(scene: Description) -> tuple[str, ...]:
 
 def _degrees(scene: Description) -> tuple[str, ...]:
     """Angles in radians that are multiples of 15 degrees, as numbers."""
-    assert scene.t_end is not None
     found: list[tuple[str, Any]] = []
     for body in scene.rigid_bodies:
         vector = np.asarray(body.rotation, dtype=float)
@@ -122,7 +121,6 @@ def _idle_alpha(scene: Description) -> tuple[str, ...]:
 
 
 def _steps(scene: Description) -> None:
-    assert scene.dt is not None and scene.t_end is not None
     low, high = SPAN
     if not low <= scene.dt <= high:
         raise refused(

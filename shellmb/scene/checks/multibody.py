@@ -197,7 +197,6 @@ def _end(scene: Description, name: str, at: Any, who: str) -> None:
 def _within_time(
     scene: Description, windows: tuple[tuple[float, float], ...] | None, who: str
 ) -> None:
-    assert scene.t_end is not None
     for start, end in windows or ():
         if start < 0 or start >= scene.t_end:
             raise SceneError(
@@ -208,7 +207,6 @@ def _within_time(
 
 def _coordinates(scene: Description) -> None:
     """Drivers, locks and joint elements: the joint's coordinates, each prescribed once."""
-    assert scene.t_end is not None
     owners: dict[tuple[str, str], str] = {}
     items: tuple[Driver | Lock, ...] = (*scene.drivers, *scene.locks)
     for item in items:

@@ -163,7 +163,6 @@ def _given(scene: Description, scheme: str) -> None:
 def _small(scene: Description, angle: Any, who: str) -> None:
     if angle is None:
         return
-    assert scene.t_end is not None
     times = LOOKED_AT * scene.t_end
     angles = [abs(float(angle(t)) if callable(angle) else float(angle)) for t in times]
     worst = int(np.argmax(angles))
@@ -253,7 +252,6 @@ def check_control(scene: Description) -> None:
     """
     control = scene.step_control
     who = f"scene '{scene.name}'"
-    assert scene.dt is not None and scene.t_end is not None
     if control.times and scene.path is not None:
         raise SceneError(
             f"{who}: the step control has times; it must have none where a path is followed, whose "
@@ -329,5 +327,4 @@ def _leaps(function: Any, t: float) -> bool:
 
 
 def _within(scene: Description, times: Iterable[float]) -> tuple[float, ...]:
-    assert scene.t_end is not None
     return tuple(sorted({t for t in times if 0 < t < scene.t_end}))

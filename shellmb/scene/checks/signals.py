@@ -177,7 +177,6 @@ def _period(scene: Description, controller: Law) -> None:
     control, dt, period = scene.step_control, scene.dt, controller.period
     if control.step_error is not None or control.jump_tolerance is not None or period is None:
         return
-    assert dt is not None
     if abs(period / dt - round(period / dt)) > MULTIPLE * period / dt or period < dt / 2:
         raise SceneError(
             f"{said(controller)}: period is {show(period)}; it must be a multiple of dt, which is "

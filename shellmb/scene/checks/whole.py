@@ -227,7 +227,6 @@ def _edges_of(join: Join, shell: str) -> set[str]:
 
 def _time_functions(scene: Description) -> None:
     """Every function of time gives finite numbers at the beginning, the middle and the end."""
-    assert scene.t_end is not None
     end = scene.given_until
     for load in scene.loads:
         finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
