@@ -18,7 +18,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
-from shellmb.scene.lookup import find_body, said
+from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Matrices:
             SceneError: If there is no such body or node.
         """
         who = "matrices: row"
-        target = find_body(self.scene, body, who)
+        target = self.scene.body(body, who)
         own, nodes, X, D = self._model.nodes_of(target.name)
         axis = np.eye(3)[component] if isinstance(component, int) else np.asarray(component, float)
         away = np.linalg.norm(X - np.asarray(point, dtype=float), axis=1)
