@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from shellmb.api.responding.poles import lowest_modes
-from shellmb.api.responding.reduction import unknowns_of
+from shellmb.api.responding.reduction import Unknowns
 from shellmb.api.responding.system import LinearSystem, StateSpace
 from shellmb.api.runs import refuse_ranks, requested
 from shellmb.arrays import Floats, Ints
@@ -176,7 +176,7 @@ def matrices(
     state = SteadyRotation(wanted, Axis((0.0, 0.0, 1.0)), MPI.COMM_SELF, loaded)
     state.go(0.0)
     branches = state.branches()
-    found = unknowns_of(state, (*state.matrices(), *branches.values())).free()
+    found = Unknowns(state, (*state.matrices(), *branches.values())).free()
     names = {body.name: k for k, body in enumerate(state.model.bodies)}
     numbers = {name: state.system.numbering.by_field[k] for name, k in names.items()}
     K, C, M, *own = found.A
