@@ -114,7 +114,6 @@ def with_steps(scene: Scene, times: float) -> Scene:
         return replace(scene, step_control=replace(control, step_error=error))
     limits = {"min_dt": control.min_dt, "max_dt": control.max_dt}
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
-    assert scene.dt is not None
     if times > 1:
         changes["times"] = _met(scene)
     return replace(scene, dt=scene.dt * times, step_control=replace(control, **changes))
@@ -122,7 +121,6 @@ def with_steps(scene: Scene, times: float) -> Scene:
 
 def _met(scene: Scene) -> tuple[float, ...]:
     """Times at which larger steps end, too: corners of loads and motions at ends of the scene's."""
-    assert scene.dt is not None
     steps = {t: t / scene.dt for t in corners(scene)}
     met = {t for t, count in steps.items() if abs(count - round(count)) < MET}
     return tuple(sorted({*scene.step_control.times, *met}))

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from shellmb.api.responding.poles import lowest_modes
-from shellmb.api.responding.reduction import unknowns_of
+from shellmb.api.responding.reduction import Unknowns
 from shellmb.api.responding.system import LinearSystem, StateSpace
 from shellmb.api.runs import refuse_ranks, requested
 from shellmb.arrays import Floats, Ints
@@ -18,7 +18,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
-from shellmb.scene.lookup import find_body, said
+from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Matrices:
             SceneError: If there is no such body or node.
         """
         who = "matrices: row"
-        target = find_body(self.scene, body, who)
+        target = self.scene.body(body, who)
         own, nodes, X, D = self._model.nodes_of(target.name)
         axis = np.eye(3)[component] if isinstance(component, int) else np.asarray(component, float)
         away = np.linalg.norm(X - np.asarray(point, dtype=float), axis=1)
@@ -176,7 +176,7 @@ def matrices(
     state = SteadyRotation(wanted, Axis((0.0, 0.0, 1.0)), MPI.COMM_SELF, loaded)
     state.go(0.0)
     branches = state.branches()
-    found = unknowns_of(state, (*state.matrices(), *branches.values())).free()
+    found = Unknowns(state, (*state.matrices(), *branches.values())).free()
     names = {body.name: k for k, body in enumerate(state.model.bodies)}
     numbers = {name: state.system.numbering.by_field[k] for name, k in names.items()}
     K, C, M, *own = found.A

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -90,44 +89,40 @@ def modes(
     wanted = requested(scene, parameters, **options)
     chosen.check()
     place = placed(out, comm)
-    directory, world = place.directory, place.comm
     draw = out is not None if pictures is None else pictures
-    made = modes_runner(wanted, chosen, accuracy, count)(directory, world, draw)
-    world.Barrier()
+    made = write_modes(wanted, chosen, accuracy, count, place.directory, place.comm, draw)
+    place.comm.Barrier()
     return place.held_by(made)
 
 
-def modes_runner(
-    wanted: Requested, chosen: ModesOptions, accuracy: AccuracyOptions | None, count: int
-) -> Callable[..., ModeShapes | RotatingModes | StateModes]:
-    """Function that finds modes of the kind that options say, and writes them.
+def write_modes(
+    wanted: Requested,
+    chosen: ModesOptions,
+    accuracy: AccuracyOptions | None,
+    count: int,
+    directory: Path,
+    comm: MPI.Comm,
+    pictures: bool,
+    **told: Any,
+) -> ModeShapes | RotatingModes | StateModes:
+    """Find modes of the kind that options say, and write them.
 
     Args:
         wanted: The scene.
         chosen: What they are about.
         accuracy: The error that finer and finer meshes have to meet; None: there is none.
         count: Number of modes.
-
-    Returns:
-        Function of a directory, a communicator, and whether pictures are drawn; to an accuracy also
-        of `tell`, as `Requested.runner` has it.
+        directory: Directory to write.
+        comm: Communicator.
+        pictures: Whether they are drawn.
+        **told: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
     """
-    if accuracy is None:
-        return partial(_write_modes, wanted, chosen, count)
-    from shellmb.accuracy.request.target import wanted_of
+    if accuracy is not None:
+        from shellmb.accuracy.request.target import wanted_of
 
-    of = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
-    return wanted.runner(of)
-
-
-def _write_modes(
-    wanted: Requested,
-    chosen: ModesOptions,
-    count: int,
-    directory: Path,
-    comm: MPI.Comm,
-    pictures: bool,
-) -> ModeShapes | RotatingModes | StateModes:
+        of = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
+        found: Any = wanted.run(directory, comm, pictures, of, **told)
+        return found
     scene, measure = wanted.scene, wanted.module.mode_results
     how: dict[str, Any] = {"comm": comm, "pictures": pictures}
     if chosen.buckling:
@@ -145,9 +140,9 @@ def _write_modes(
         return RotatingModes(directory, find_campbell(scene, directory, count, chosen, **how))
     from shellmb.running.natural_modes.run import find_modes
 
-    found, summary = find_modes(scene, directory, count, chosen.loaded, **how)
+    computed, summary = find_modes(scene, directory, count, chosen.loaded, **how)
     if scene.errors:
         from shellmb.accuracy.modes import add_mode_errors
 
-        add_mode_errors(scene, found, summary, directory, chosen.loaded, measure)
-    return ModeShapes(directory, found)
+        add_mode_errors(scene, computed, summary, directory, chosen.loaded, measure)
+    return ModeShapes(directory, computed)

@@ -41,47 +41,46 @@ class Requested:
     module: SceneModule
     request: Request | None = None
 
-    def runner(self, target: Target | None = None) -> Callable[..., Any]:
-        """Function that runs it, or finer and finer levels of it until an error is met.
-
-        What it takes is loaded here, and not when it is called.
+    def run(
+        self,
+        directory: Path,
+        comm: MPI.Comm,
+        pictures: bool,
+        target: Target | None = None,
+        begin: Callable[[], None] = lambda: None,
+        **how: Any,
+    ) -> Run | ModeShapes:
+        """Run it, or finer and finer levels of it until an error is met.
 
         Args:
+            directory: Directory to write.
+            comm: Communicator.
+            pictures: Whether pictures are drawn.
             target: The error, which may be of natural modes; None: it is run once, with errors if
                 the scene wants them.
-
-        Returns:
-            Function of a directory, a communicator, whether pictures are drawn, and observers; of
-            levels also of `tell` and `modes` as in `Running`. It gives a `Run` or `ModeShapes`.
+            begin: Called when all that this takes is loaded.
+            **how: Observers; of levels also `tell` and `modes` as in `Running`.
         """
-        scene, own, request = self.scene, self.module, self.request
         if target is None:
             execute: Any
-            if scene.errors:
+            if self.scene.errors:
                 from shellmb.accuracy.errors import execute_with_errors as execute
             else:
                 from shellmb.running.execute import execute
-
-            def run_once(
-                directory: Path, comm: MPI.Comm, pictures: bool, observers: Sequence[Observer] = ()
-            ) -> Run:
-                how = {"request": request, "results": own.results, "pictures": pictures}
-                computed = execute(scene, directory, observers, comm=comm, **how)
-                comm.Barrier()
-                return Run(computed.out or directory, computed)
-
-            return run_once
+            begin()
+            how |= {"request": self.request, "results": self.module.results, "pictures": pictures}
+            computed = execute(self.scene, directory, comm=comm, **how)
+            comm.Barrier()
+            return Run(computed.out or directory, computed)
         from shellmb.accuracy.request.directory import run_to_accuracy
         from shellmb.accuracy.request.search import Running
 
-        def run_levels(
-            directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
-        ) -> Run | ModeShapes:
-            running = Running(comm, own.results, request, mode_results=own.mode_results, **how)
-            outcome = run_to_accuracy(scene, target, directory, running, pictures)
-            return _of_levels(directory, outcome)
-
-        return run_levels
+        begin()
+        own, modes = self.module.results, self.module.mode_results
+        running = Running(comm, own, self.request, mode_results=modes, **how)
+        return _of_levels(
+            directory, run_to_accuracy(self.scene, target, directory, running, pictures)
+        )
 
 
 def _of_levels(directory: Path, outcome: Outcome) -> Run | ModeShapes:
@@ -191,17 +190,18 @@ def run(
         observers = [*observers, report]
     draw = out is not None if pictures is None else pictures
     if accuracy is None:
-        run_it = wanted.runner()
         with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
-            found = run_it(place.directory, place.comm, draw, observers)
+            found: Any = wanted.run(place.directory, place.comm, draw, observers=observers)
         return place.held_by(found)
     from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
-    of, how = wanted_of(accuracy), {"observers": observers, "modes": False}
+    of = wanted_of(accuracy)
+    how: dict[str, Any] = {"observers": observers, "modes": False}
     if shown and place.comm.rank == 0:
         how["tell"] = print
     try:
-        return place.held_by(wanted.runner(of)(place.directory, place.comm, draw, **how))
+        found = wanted.run(place.directory, place.comm, draw, of, **how)
+        return place.held_by(found)
     except UnknownQuantity as error:
         if frequency_number(of.of) is None:
             raise
@@ -246,50 +246,46 @@ def resume(
             "path of its Python file"
         )
     world = MPI.COMM_WORLD if comm is None else comm
-    return resumer(path_of(out))(scene, trust, world, pictures, observers=observers)
+    return resumed(path_of(out), scene, trust, world, pictures, observers=observers)
 
 
-def resumer(out: Path) -> Callable[..., Any]:
-    """Function that continues a run, or the levels of a request; what it takes is loaded here.
+def resumed(
+    out: Path,
+    scene: Scene | str | None,
+    trust: bool,
+    comm: MPI.Comm,
+    pictures: bool,
+    begin: Callable[[], None] = lambda: None,
+    **how: Any,
+) -> Run | ModeShapes:
+    """Continue a run, or the levels of a request.
 
     Args:
         out: The directory.
-
-    Returns:
-        Function of the scene, or its file, and of what else `resume` takes; of levels also of
-        `tell`. It gives a `Run` or `ModeShapes`.
+        scene: The scene, or its file.
+        trust: Whether the file that the directory names as its scene may be executed.
+        comm: Communicator.
+        pictures: Whether pictures are drawn.
+        begin: Called when all that this takes is loaded.
+        **how: Observers; of levels also `tell`.
     """
+    given, file = (None, scene) if isinstance(scene, str) else (scene, None)
     if (out / ACCURACY).is_file():
         from shellmb.accuracy.request.directory import resume_request
 
-        return lambda scene, *args, **how: _of_levels(
-            out, resume_request(out, *_given(scene), *args, **how)
-        )
+        begin()
+        return _of_levels(out, resume_request(out, given, file, trust, comm, pictures, **how))
     from shellmb.running.resuming.resume import resume as go_on
 
-    def resume_run(
-        scene: Scene | str | None,
-        trust: bool,
-        comm: MPI.Comm,
-        pictures: bool,
-        observers: Sequence[Observer],
-    ) -> Run:
-        given, file = _given(scene)
-        how: dict[str, Any] = {"comm": comm, "pictures": pictures, "trust": trust}
-        computed = go_on(out, observers, scene=given, scene_file=file, **how)
-        comm.Barrier()
-        if computed.scene.errors:
-            from shellmb.accuracy.errors import add_errors
+    begin()
+    how |= {"comm": comm, "pictures": pictures, "trust": trust}
+    computed = go_on(out, scene=given, scene_file=file, **how)
+    comm.Barrier()
+    if computed.scene.errors:
+        from shellmb.accuracy.errors import add_errors
 
-            add_errors(computed)
-        return Run(out, computed)
-
-    return resume_run
-
-
-def _given(scene: Scene | str | None) -> tuple[Scene | None, str | None]:
-    """A scene, and the file of one."""
-    return (None, scene) if isinstance(scene, str) else (scene, None)
+        add_errors(computed)
+    return Run(out, computed)
 
 
 @takes()

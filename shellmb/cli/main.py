@@ -1,6 +1,7 @@
 """The commands. What is heavy is imported only when a command needs it."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,28 +26,12 @@ from shellmb.cli.options import (
     without_types,
 )
 from shellmb.cli.pictures import plot, report, view
-from shellmb.cli.report import (
-    announce,
-    finish,
-    print_list,
-    print_numbers,
-    say,
-)
+from shellmb.cli.report import announce, finish, print_list, print_numbers, say
 from shellmb.cli.study import effects, sensitivities, study
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, take
 from shellmb.options.linear import LinearOptions, ModesOptions, ResponseOptions
 from shellmb.options.run import ACCURACY, ELEMENTS, AccuracyOptions, Options, take_accuracy
-
-HELP = """Geometrically exact shells in flexible multibody dynamics.
-
-SCENE is the name of a bundled scene (see `shellmb list`) or the path of a Python file that defines
-a function `scene() -> Scene`. Every run leaves a directory with summary.json, history.csv, fields
-for ParaView, pictures, and the last good state.
-
-Exit codes: 0 success; 1 no convergence, a failed check, a full disk, or a function of the scene
-that fails; 2 an impossible scene or option; 128 and its number: stopped by a signal, 130 by Ctrl-C.
-"""
 
 EXAMPLES = """Examples:
 
@@ -78,7 +63,6 @@ class Commands(TyperGroup):
 
 app = App(
     cls=Commands,
-    help=HELP,
     epilog=EXAMPLES,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -99,7 +83,16 @@ def _main(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    pass
+    """Geometrically exact shells in flexible multibody dynamics.
+
+    SCENE is the name of a bundled scene (see `shellmb list`) or the path of a Python file that
+    defines a function `scene() -> Scene`. Every run leaves a directory with summary.json,
+    history.csv, fields for ParaView, pictures, and the last good state.
+
+    Exit codes: 0 success; 1 no convergence, a failed check, a full disk, or a function of the scene
+    that fails; 2 an impossible scene or option; 128 and its number: stopped by a signal, 130 by
+    Ctrl-C.
+    """
 
 
 @app.command(name="list")
@@ -145,10 +138,8 @@ def run(
 
         kind, target = "accuracy", wanted_of(accuracy)
     directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
-    # loaded before anything is said, as a signal in between must leave one line
-    run_it = wanted.runner(target)
-    announce(built.name, quiet)
-    found = run_it(directory, world, not no_pictures, **_reports(quiet, target is not None))
+    how = _reports(built.name, quiet, target is not None)
+    found = wanted.run(directory, world, not no_pictures, target, **how)
     return finish(found, quiet=quiet, check=module.check if check else None)
 
 
@@ -177,13 +168,10 @@ def resume(
     built, _ = read_request(directory).trusted(scene, trust).build()
     from mpi4py import MPI
 
-    from shellmb.api.runs import resumer
+    from shellmb.api.runs import resumed
 
-    # loaded before anything is said, as a signal in between must leave one line
-    go_on = resumer(directory)
-    announce(built.name, quiet)
-    how = _reports(quiet, (directory / ACCURACY).is_file())
-    found = go_on(scene, trust, MPI.COMM_WORLD, not no_pictures, **how)
+    how = _reports(built.name, quiet, (directory / ACCURACY).is_file())
+    found = resumed(directory, scene, trust, MPI.COMM_WORLD, not no_pictures, **how)
     return finish(found, quiet=quiet)
 
 
@@ -231,15 +219,12 @@ def modes(
 
     from mpi4py import MPI
 
-    from shellmb.api.modal import modes_runner
+    from shellmb.api.modal import write_modes
 
     kind, world = "modes" if accuracy is None else "modes-accuracy", MPI.COMM_WORLD
     directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
-    run_it, how = modes_runner(wanted, chosen, accuracy, count), {}
-    if accuracy is not None:
-        announce(wanted.scene.name, quiet)
-        how = _reports(quiet, True)
-    found = run_it(directory, world, not no_pictures, **how)
+    told = {} if accuracy is None else _reports(wanted.scene.name, quiet, True)
+    found = write_modes(wanted, chosen, accuracy, count, directory, world, not no_pictures, **told)
     return finish(found, quiet=quiet, check=module.check if check else None, count=count)
 
 
@@ -322,16 +307,12 @@ for shows in (plot, view, report):
     app.command()(failures_reported(shows))
 
 
-def _reports(quiet: bool, levels: bool) -> dict[str, Any]:
+def _reports(scene: str, quiet: bool, levels: bool) -> dict[str, Any]:
     """Say how a run goes: what is told of levels, and the observers of a run by itself."""
+    # said when all is loaded, as a signal in between must leave one line
+    how: dict[str, Any] = {"begin": partial(announce, scene, quiet)}
     if levels:
-        return {} if quiet else {"tell": tell}
-    return {"observers": _observers(quiet)}
-
-
-def _observers(quiet: bool) -> list[Any]:
-    if quiet:
-        return []
+        return how if quiet else how | {"tell": tell}
     from shellmb.observers.progress import ProgressReport
 
-    return [ProgressReport()]
+    return how | {"observers": [] if quiet else [ProgressReport()]}

@@ -310,7 +310,6 @@ class Model:
         mass += sum(s.section.sizes.mass * s.domain.length**2 for s in self.shells.values())
         mass += sum(body.total_mass for body in self.own.values())
         mass += sum(b.beam.section.mass[0] * b.domain.length for b in self.beams.values())
-        assert scene.dt is not None
         return (mass or 1.0) * self.length / scene.dt**2
 
     def _hold(self, places: dict[str, Any], prescribed: Prescribed) -> list[NodalConstraint]:

@@ -45,7 +45,6 @@ def check_memory(scene: Scene, comm: MPI.Comm) -> None:
 
 def _check_steps(scene: Scene) -> None:
     """Refuse steps without end, of runs that nothing but their time ends."""
-    assert scene.dt is not None and scene.t_end is not None
     free = scene.path is not None or scene.events or scene.step_control.step_error is not None
     if not free and scene.t_end / scene.dt > STEPS:
         raise SceneError(

@@ -6,25 +6,28 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, SkipValidation
 
+from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.control.controllers import Law
 from shellmb.scene.control.sensors import Event, Sensor, sensors_of
 from shellmb.scene.initial import InitialVelocity, Starts
 from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Potential
-from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.loads.supports import Support
+from shellmb.scene.lookup import ANY, kinds_of, with_places
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.elements import Driver, Element, Lock
-from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.elements import Coordinate, Driver, Element, JointElement, Lock
+from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe, Reserve
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
 from shellmb.scene.settings import Output, PathFollowing, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.types import NONE, Name, Positive, Several
+from shellmb.scene.types import NONE, NOTHING, Completed, Name, Several
 from shellmb.scene.units import check_order, parse_units
-from shellmb.scene.values.validate import described
+from shellmb.scene.values.models import Modal
+from shellmb.scene.values.validate import described, kind_of, listed, said
 
 type Body = Shell | Beam | RigidBody | UserBody
 
@@ -48,8 +51,9 @@ class Description:
     probes: Several[Probe] = NONE
     scheme: Annotated[str | Scheme, SkipValidation] = "static"
     alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
-    dt: Positive | None = None
-    t_end: Positive | None = None
+    # every scene that is made has both
+    dt: Completed = NOTHING
+    t_end: Completed = NOTHING
     solver: Solver = Solver()
     step_control: StepControl = StepControl()
     output: Output = Output()
@@ -142,3 +146,123 @@ class Description:
         for event in self.all_events:
             found += (*sensors_of(event.when), *sensors_of(event.until))
         return tuple(dict.fromkeys(found))
+
+    def body(
+        self, name: str | None = None, who: str = "scene", kinds: tuple[type, ...] = ANY
+    ) -> Any:
+        """The body of that name, or the only one.
+
+        Args:
+            name: Its name, or None.
+            who: Who asks, for the error.
+            kinds: Classes of bodies that will do.
+
+        Raises:
+            SceneError: If there is none of that name, it is of another kind, or there is no name
+                and several bodies.
+        """
+        wanted = " or ".join(k.label for k in kinds)  # type: ignore[attr-defined]
+        fitting = [b for b in self.bodies if isinstance(b, kinds)]
+        if name is None:
+            if not fitting:
+                raise SceneError(f"{who}: it acts on a {wanted}; the scene has none")
+            if len(fitting) > 1:
+                known = listed(b.name for b in fitting)
+                raise SceneError(f"{who}: body is missing; it must be one of {known}")
+            return fitting[0]
+        for body in self.bodies:
+            if body.name == name:
+                if isinstance(body, kinds):
+                    return body
+                raise SceneError(f"{who}: '{name}' is a {kind_of(body)}; it must be a {wanted}")
+        what = kind_of(fitting[0]) if len({type(b) for b in fitting}) == 1 else "body"
+        known = listed(b.name for b in fitting) or "none"
+        raise SceneError(f"{who}: there is no {what} '{name}'; the scene has {known}")
+
+    def shell(self, name: str | None = None, who: str = "scene") -> Shell:
+        """The shell of that name, or the only one.
+
+        Args:
+            name: Its name, or None.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is none of that name, or no name and several shells.
+        """
+        shell: Shell = self.body(name, who, (Shell,))
+        return shell
+
+    def end(self, name: str, who: str) -> Body | None:
+        """The body at an end of a joint or element, None for the ground.
+
+        Raises:
+            SceneError: If there is no such body.
+        """
+        return None if name == GROUND else with_places(self.body(name, who), who)
+
+    def joint(self, name: str, who: str = "scene") -> Joint:
+        """The joint of that name.
+
+        Args:
+            name: Its name.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is none.
+        """
+        for joint in self.joints:
+            if joint.name == name:
+                return joint
+        known = listed(j.name for j in self.joints) or "none"
+        raise SceneError(f"{who}: there is no joint '{name}'; the scene has {known}")
+
+    def model_of(self, body: Any) -> Any:
+        """Model of a shell or beam; of a beam glued to a shell in modes, or a rigid one, its."""
+        names = [glue.shell for glue in self.glues if glue.beam == body.name]
+        shells = [s for s in self.shells if s.name in names]
+        led = [s.model for s in shells if s.rigid or isinstance(s.model, Modal)]
+        return led[0] if led else body.model
+
+    def bodies_of(self, item: Any) -> tuple[Body, ...]:
+        """Bodies that a support, load, potential, initial velocity or probe acts on.
+
+        Raises:
+            SceneError: If there is no such body, it is of another kind, or the choice is open.
+        """
+        if item.body is None and isinstance(item, Gravity | InitialVelocity):
+            return tuple(body for body in self.bodies if getattr(body, "placed", True))
+        body = self.body(item.body, said(item), kinds_of(item))
+        return (with_places(body, said(item)),)
+
+    def coordinates_of(self, item: Any) -> tuple[Coordinate, ...]:
+        """Coordinates of its joint on which a driver, lock or joint element acts.
+
+        Raises:
+            SceneError: If the joint has no such coordinate, or the choice is open.
+        """
+        lock = not hasattr(item, "name")
+        who = f"lock of joint '{item.joint}'" if lock else said(item)
+        joint = self.joint(item.joint, who)
+        chosen: tuple[Coordinate, ...]
+        if isinstance(item, Driver):
+            chosen = item.coordinates
+        elif item.coordinate is not None:
+            chosen = (item.coordinate,)
+        else:
+            chosen = joint.freedoms  # type: ignore[assignment]
+            if isinstance(item, JointElement) and len(chosen) > 1:
+                raise SceneError(
+                    f"{who}: coordinate is missing; {joint.said} has both 'rotation' and "
+                    "'translation'"
+                )
+        if not joint.freedoms:
+            raise SceneError(
+                f"{who}: {joint.said} has no coordinate to act on; it must be a revolute, "
+                "prismatic, cylindrical or screw joint"
+            )
+        for name in chosen:
+            if name not in joint.freedoms:
+                raise SceneError(
+                    f"{who}: {joint.said} has no {name}; it must be {listed(joint.freedoms)}"
+                )
+        return chosen

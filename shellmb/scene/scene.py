@@ -6,18 +6,11 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from shellmb.errors import SceneError
-from shellmb.scene import lookup
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.whole import check
-from shellmb.scene.description import Body, Description
-from shellmb.scene.initial import FromRun, FromShape, InitialVelocity
-from shellmb.scene.loads.contacts import Contact, Potential
-from shellmb.scene.loads.loads import Load
-from shellmb.scene.loads.supports import Support
-from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
-from shellmb.scene.multibody.joints import Joint
-from shellmb.scene.probes import Probe
+from shellmb.scene.description import Description
+from shellmb.scene.initial import FromRun, FromShape
 from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.shell import Shell, divided, refined_times
 from shellmb.scene.values.models import model_of
@@ -105,40 +98,6 @@ class Scene(Description):
             if some
         ]
         return f"<Scene '{self.name}': {', '.join(counts)}, {self.scheme_name}>"
-
-    def body(self, name: str | None = None) -> Body:
-        """The body of that name, or the only one.
-
-        Raises:
-            SceneError: If there is none of that name, or no name and several bodies.
-        """
-        return lookup.find_body(self, name, "scene")
-
-    def shell(self, name: str | None = None) -> Shell:
-        """The shell of that name, or the only one.
-
-        Raises:
-            SceneError: If there is none of that name, or no name and several shells.
-        """
-        return lookup.find_shell(self, name, "scene")
-
-    def joint(self, name: str) -> Joint:
-        """The joint of that name.
-
-        Raises:
-            SceneError: If there is none.
-        """
-        return lookup.find_joint(self, name, "scene")
-
-    def bodies_of(
-        self, item: Support | Load | InitialVelocity | Probe | Potential | Contact
-    ) -> tuple[Body, ...]:
-        """Bodies that a support, load, potential, initial velocity or probe acts on."""
-        return lookup.bodies_of(self, item)
-
-    def coordinates_of(self, item: Driver | Lock | Element) -> tuple[Coordinate, ...]:
-        """Coordinates of its joint on which a driver, lock or joint element acts."""
-        return lookup.coordinates_of(self, item)
 
     def with_options(
         self,

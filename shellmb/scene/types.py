@@ -166,6 +166,7 @@ if TYPE_CHECKING:
 
     type Several[T] = Held[tuple[T, ...], T | Sequence[T]]
     type Listed[T] = Held[tuple[T, ...], Sequence[T] | NDArray[Any]]
+    type Completed = Held[float, float | None]
     type Vector = Held[tuple[float, float, float], Sequence[float] | NDArray[Any]]
     type OneWindowOrMore = Held[
         tuple[tuple[float, float], ...] | None,
@@ -181,7 +182,7 @@ else:
             return kinds[0]
 
     Listed = tuple[_T, ...]
-    OneWindowOrMore, Vector = Windows | None, Vec3
+    Completed, OneWindowOrMore, Vector = Positive | None, Windows | None, Vec3
     Several = Annotated[
         tuple[InstanceOf[_T], ...],
         BeforeValidator(lambda given: given if isinstance(given, tuple) else (given,)),

@@ -9,7 +9,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import LinearSection, Scene
-from shellmb.scene.lookup import find_shell, said
+from shellmb.scene.lookup import said
 from shellmb.scene.shells.lamination import strain_turn, vector_turn
 from shellmb.show.fields import REFERENCE, Fields
 
@@ -39,7 +39,7 @@ def plies(
     from shellmb.observers.fields.by_section import held_plies, shell_stiffness
     from shellmb.observers.fields.through import SIDES, ply_rows
 
-    shell = find_shell(scene, body, "plies")
+    shell = scene.shell(body, "plies")
     who = f"plies: {said(shell)}"
     if axes not in ("ply", "shell"):
         raise SceneError(f"{who}: axes is {axes!r}; it must be 'ply' or 'shell'")

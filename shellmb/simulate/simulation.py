@@ -148,7 +148,6 @@ class Simulation(Restartable):
         self._own = SceneCopy(scene)
         self.scene = scene = self._own.scene
         self.scheme: Scheme = make_scheme(scene.scheme, scene.dissipation)
-        assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
         self._count, self.step, self.iterations = Count(), 0, 0
         self.size = self._size()

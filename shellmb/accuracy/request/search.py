@@ -168,7 +168,6 @@ class Search:
             return 1.0
         if scene.step_control.step_error is not None or scene.path is not None:
             return RATIO
-        assert scene.t_end is not None and scene.dt is not None
         return float(min(max(int(scene.t_end / scene.dt / FIRST), 1), LARGEST))
 
     def _scheme(self, change: Change) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -16,33 +16,17 @@ from shellmb.scene.lookup import listed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from shellmb.api.record import Run
-    from shellmb.sensitivity.parameters import Parameter
-
 # standard deviations that a band is drawn to
 WIDTH = 2.0
 # size of a plot, inches
 WIDE, HIGH = 7.0, 3.0
 
 
-class Derivatives(Protocol):
-    """A run with its derivatives (`Sensitivities`)."""
-
-    @property
-    def run(self) -> Run: ...  # noqa: D102
-    @property
-    def parameters(self) -> Sequence[Parameter]: ...  # noqa: D102
-    @property
-    def history(self) -> pd.DataFrame: ...  # noqa: D102
-    @property
-    def results(self) -> pd.DataFrame: ...  # noqa: D102
-
-
 class Band:
     """Standard deviations of histories and results, to first order in the parameters.
 
     Args:
-        found: The run with its derivatives.
+        found: The run with its derivatives, which are `Sensitivities`.
         covariance: Covariance of the parameters: a DataFrame by their names, an array in their
             order, or standard deviations by name, of parameters that do not depend on each other.
 
@@ -53,7 +37,7 @@ class Band:
         SceneError: If it is none, or of other parameters.
     """
 
-    def __init__(self, found: Derivatives, covariance: Any) -> None:
+    def __init__(self, found: Any, covariance: Any) -> None:
         self._found = found
         self.covariance = covariance_of([p.name for p in found.parameters], covariance)
 

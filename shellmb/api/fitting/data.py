@@ -139,7 +139,6 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
             )
         if np.isnan(column).all():
             raise SceneError(f"fit: column '{name}' of data has no value; leave it out")
-    assert scene.t_end is not None
     wrong = times[~((times >= 0) & (times <= scene.t_end * (1 + END)))]
     if len(wrong):
         raise SceneError(

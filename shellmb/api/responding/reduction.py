@@ -56,28 +56,40 @@ class Coordinates:
         return Coordinates(A, F, Y, self.D, sp.csr_array(self.basis @ T))
 
 
-@dataclass(frozen=True, eq=False)
 class Unknowns:
     """Matrices of all unknowns of a state, with columns of those that have given values.
 
     Args:
-        A: As of `Coordinates`, each of shape (unknowns, unknowns).
-        forces: By inputs, shape (unknowns, inputs).
+        state: The state.
+        matrices: Stiffness, damping, mass, and stiffness of each branch.
+        forces: By inputs, shape (unknowns, inputs); None: without inputs.
         motions: Given values by inputs, shape (unknowns, inputs).
         rows: Outputs by unknowns, by their rates, by their accelerations (none), and by what
-            each branch sees of them, each of shape (outputs, unknowns).
-        fixed: Unknowns that have given values.
-        resultants: Those that are resultants.
-        multipliers: Those that are forces of constraints.
+            each branch sees of them, each of shape (outputs, unknowns); None: without outputs.
     """
 
-    A: Matrices
-    forces: Floats
-    motions: Floats
-    rows: Orders
-    fixed: Ints
-    resultants: Ints
-    multipliers: Ints
+    def __init__(
+        self,
+        state: Linearised,
+        matrices: Sequence[PETSc.Mat],
+        forces: Floats | None = None,
+        motions: Floats | None = None,
+        rows: Orders | None = None,
+    ) -> None:
+        from shellmb.preprocessing.bodyfields import dofs_of
+
+        def those(parts: Sequence[str]) -> Ints:
+            bodies, every = state.model.bodies, state.system.numbering.by_field
+            found = [own[dofs_of(body, parts)] for body, own in zip(bodies, every, strict=True)]
+            return np.unique(np.concatenate(found)).astype(np.int64)
+
+        nothing = np.zeros((state.system.size, 0))
+        self.A = tuple(map(scipy_matrix, matrices))
+        self.forces = nothing if forces is None else forces
+        self.motions = nothing if motions is None else motions
+        self.rows = (nothing.T,) * len(matrices) if rows is None else rows
+        self.fixed = np.asarray(state.system.fixed, dtype=np.int64)
+        self.resultants, self.multipliers = those(RESULTANTS), those(MULTIPLIERS)
 
     def kept(self) -> Coordinates:
         """All unknowns without given values, with their constraints."""
@@ -121,42 +133,6 @@ class Unknowns:
         own = tuple(A[:, q] for A in acting)
         found = Coordinates(own, tuple(F), tuple(Y), tuple(D), _places(q, len(every)))
         return _with_mass(found.projected(T))
-
-
-def unknowns_of(
-    state: Linearised,
-    matrices: Sequence[PETSc.Mat],
-    forces: Floats | None = None,
-    motions: Floats | None = None,
-    rows: Orders | None = None,
-) -> Unknowns:
-    """Unknowns of a state.
-
-    Args:
-        state: The state.
-        matrices: Stiffness, damping, mass, and stiffness of each branch.
-        forces: By inputs; None: without inputs.
-        motions: Given values by inputs.
-        rows: Outputs, as of `Unknowns`; None: without outputs.
-    """
-    from shellmb.preprocessing.bodyfields import dofs_of
-
-    nothing = np.zeros((state.system.size, 0))
-
-    def those(parts: Sequence[str]) -> Ints:
-        bodies, every = state.model.bodies, state.system.numbering.by_field
-        found = [own[dofs_of(body, parts)] for body, own in zip(bodies, every, strict=True)]
-        return np.unique(np.concatenate(found)).astype(np.int64)
-
-    return Unknowns(
-        tuple(map(scipy_matrix, matrices)),
-        nothing if forces is None else forces,
-        nothing if motions is None else motions,
-        (nothing.T,) * len(matrices) if rows is None else rows,
-        np.asarray(state.system.fixed, dtype=np.int64),
-        those(RESULTANTS),
-        those(MULTIPLIERS),
-    )
 
 
 def _places(numbers: Ints, size: int) -> sp.csr_array:

@@ -12,7 +12,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.api.responding.channels import columns, outputs, with_inputs, without_commands
-from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
+from shellmb.api.responding.reduction import Unknowns, scipy_matrix
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError, warn
@@ -111,7 +111,7 @@ def _system_of(
     carried = np.zeros((2, len(seen), len(inputs)))
     for name, moved in zip(GROUND, _translations(state), strict=True):
         carried[..., list(inputs).index(name)] = rows[:2] @ moved
-    unknowns = unknowns_of(state, matrices, *columns(state, dict(inputs)), tuple(rows))
+    unknowns = Unknowns(state, matrices, *columns(state, dict(inputs)), tuple(rows))
     kept = constraints == "kept"
     found = unknowns.kept() if kept else unknowns.free()
     (K, C, M, *relaxing), driven = found.A, (found.F, found.Y, found.D, carried)

@@ -323,7 +323,6 @@ class Mechanism:
 
     def _windows(self, groups: Sequence[ConstraintGroup]) -> list[Switched]:
         """Joints that act in windows of time."""
-        assert self._scene.t_end is not None
         windows = {joint.name: joint.active for joint in self._scene.joints}
         found = []
         for group in groups:
@@ -334,7 +333,6 @@ class Mechanism:
 
     def _locks(self, signals: Signals) -> list[Locks]:
         """Groups of locks, of rotations and of translations."""
-        assert self._scene.t_end is not None
         items = [
             (lock, kind)
             for lock in self._scene.acting_locks

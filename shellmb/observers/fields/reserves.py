@@ -18,7 +18,7 @@ from shellmb.observers.fields.modal import readable, resultants_of
 from shellmb.observers.fields.through import SIDES, NodalResultants, PlyState, ply_rows, ply_state
 from shellmb.scene import Reserve, Shell
 from shellmb.scene.loads.loads import PointLoad
-from shellmb.scene.lookup import find_shell, said
+from shellmb.scene.lookup import said
 from shellmb.scene.shells.strength import CRITERIA, MOST
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
@@ -162,7 +162,7 @@ class Reserves(BaseObserver):
         # labels of point loads on a shell, and the nodes of elements that they act on
         self._loads: dict[str, list[tuple[str, Floats]]] = defaultdict(list)
         for reserve in scene.reserves:
-            shell = find_shell(scene, reserve.body, said(reserve))
+            shell = scene.shell(reserve.body, said(reserve))
             body = readable(model)[shell.name]
             each = judged(reserve, shell)
             bodies[shell.name] = body, each.across or bodies.get(shell.name, (body, False))[1]

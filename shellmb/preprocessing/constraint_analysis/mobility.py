@@ -164,7 +164,6 @@ class Motions:
             place[:, 0] = self._first[group.name] + group.nodes.item
             unit = 1.0 if group.kind == "rotation" else self.model.length
             ties.append((x, place, np.tile(unit * np.eye(6)[0], (len(x), 1))))
-        assert self.model.scene.dt is not None
         given = self._unknowns.given([0.0], RATE_STEP * self.model.scene.dt)
         self._given = np.unique(given.numbers)
         self._tied = local_rows(self.model, self._unknowns, NOT_GIVEN)

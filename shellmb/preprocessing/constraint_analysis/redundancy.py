@@ -74,7 +74,6 @@ def look_through(model: Model) -> list[Redundant]:
             scene does not drop them; names them.
     """
     scene = model.scene
-    assert scene.dt is not None
     unknowns = Unknowns(model.bodies, model.comm)
     times = np.linspace(0.0, scene.given_until, TIMES)
     given = unknowns.given(times.tolist(), RATE_STEP * scene.dt)
@@ -94,7 +93,6 @@ def singular(model: Model, at: Mapping[str, Floats]) -> str:
     Returns:
         Which constraint, on which others, and how nearly, in words; empty where none does.
     """
-    assert model.scene.dt is not None
     unknowns = Unknowns(model.bodies, model.comm)
     given = unknowns.given([0.0], RATE_STEP * model.scene.dt)
     found = _all_dependent(model, unknowns, given, at, SINGULAR)

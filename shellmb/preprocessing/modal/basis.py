@@ -55,49 +55,6 @@ class Attachment:
     frame: Interface
 
 
-def reduced_body(
-    scene: Scene,
-    comm: MPI.Comm,
-    names: Sequence[str],
-    attached: Sequence[Attachment],
-    loads: Sequence[Any],
-    supports: Sequence[Any],
-    touched: Touched,
-) -> tuple[ModalBody, tuple[RigidBody, ...], tuple[Joint, ...]]:
-    """Reduce shells and beams that are joined to modes; collective.
-
-    Args:
-        scene: The scene.
-        comm: Communicator.
-        names: Names of the shells and beams.
-        attached: Where something is attached to them.
-        loads: Distributed loads on them, each with the name of its body.
-        supports: What holds nodes of them, each with the name of its body.
-        touched: As of `ModalBody`.
-
-    Returns:
-        The modes; the floating frame with the mass of the body, and all others; and what holds one
-        of these to the ground, if there are supports.
-
-    Raises:
-        SceneError: If the body has no mass, or no inertia about some axis, or supports leave it
-            motions that no joint has.
-    """
-    bodies = [b for b in scene.meshed if b.name in names]
-    words = [b.model for b in bodies if isinstance(b.model, Modal)]
-    isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
-    frames, joints = [a.frame for a in attached], []
-    if supports:
-        held = IsolatedBody(replace(isolated.model.scene, supports=tuple(supports)), comm)
-        frame, joint = support_joint(held, names[0], said(bodies[0]), supports)
-        frames, joints = [*frames, frame], [joint]
-    slowing = float(bodies[0].section.mass_damping)
-    terms = TermsAtRest(held, float(scene.t_end or 0.0), scene.static)
-    modes = _Modes(isolated, held, words[0].modes, said(bodies[0]), slowing, loads, terms)
-    body = modes.body(names[0], frames, touched)
-    return body, (modes.frame(names[0]), *frames), tuple(joints)
-
-
 def scene_of(
     scene: Scene, names: Sequence[str], attached: Sequence[Attachment], loads: Sequence[Any]
 ) -> Scene:
@@ -131,33 +88,49 @@ def scene_of(
     )
 
 
-class _Modes:
-    """The modes, as local arrays of the bodies that have nodes.
+class ReducedBody:
+    """Shells and beams that are joined, reduced to modes; collective.
+
+    The modes are local arrays of the bodies that have nodes.
 
     Args:
-        isolated: The body by itself.
-        held: The same with its supports.
-        count: Number of modes with its frames fixed.
-        who: What messages call it.
-        slowing: Rate of the damping in proportion to the mass, 1/s.
-        loads: Distributed loads on it.
-        terms: The user's terms on it.
+        scene: The scene.
+        comm: Communicator.
+        names: Names of the shells and beams.
+        attached: Where something is attached to them.
+        loads: Distributed loads on them, each with the name of its body.
+        supports: What holds nodes of them, each with the name of its body.
+
+    Attributes:
+        joints: What holds one of its frames to the ground, if there are supports.
 
     Raises:
-        SceneError: If it has no mass, or no inertia about some axis.
+        SceneError: If the body has no mass, or no inertia about some axis, or supports leave it
+            motions that no joint has.
     """
 
     def __init__(
         self,
-        isolated: IsolatedBody,
-        held: IsolatedBody,
-        count: int,
-        who: str,
-        slowing: float,
+        scene: Scene,
+        comm: MPI.Comm,
+        names: Sequence[str],
+        attached: Sequence[Attachment],
         loads: Sequence[Any],
-        terms: TermsAtRest,
+        supports: Sequence[Any],
     ) -> None:
-        self._isolated, self._supported, self._slowing = isolated, held, slowing
+        bodies = [b for b in scene.meshed if b.name in names]
+        words = [b.model for b in bodies if isinstance(b.model, Modal)]
+        who, self._name, self.joints = said(bodies[0]), names[0], list[Joint]()
+        isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
+        self._welded = [a.frame for a in attached]
+        if supports:
+            held = IsolatedBody(replace(isolated.model.scene, supports=tuple(supports)), comm)
+            frame, joint = support_joint(held, names[0], who, supports)
+            self._welded.append(frame)
+            self.joints.append(joint)
+        self._isolated, self._supported = isolated, held
+        self._slowing = float(bodies[0].section.mass_damping)
+        terms = TermsAtRest(held, float(scene.t_end), scene.static)
         self._length = max(body.domain.length for body in isolated.model.meshed.values())
         whole = inertia_of(isolated.model.meshed.values())
         self.mass, self.center, self.inertia = whole.mass, whole.center, whole.tensor
@@ -170,7 +143,7 @@ class _Modes:
             )
         self._loads = SpreadLoads(isolated, loads)
         forces = [*self._loads.vectors(), *terms.forces()]
-        found = ritz_vectors(held, count, self.center, forces, terms.stiffness())
+        found = ritz_vectors(held, words[0].modes, self.center, forces, terms.stiffness())
         self._find([isolated.vector(held.arrays(vector)) for vector in found])
         self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 
@@ -235,26 +208,25 @@ class _Modes:
         Q = Q[:, keep].T
         return masses[keep], (Q * own).reshape(-1, 3, K), (Q / own) @ gram[3:, :3]
 
-    def frame(self, name: str) -> FloatingFrame:
-        """The floating frame, with the mass and inertia of the body as it is at rest."""
+    @property
+    def frames(self) -> tuple[RigidBody, ...]:
+        """The floating frame, with mass and inertia of the body at rest, and all others."""
         rows: Any = tuple(tuple(map(float, row)) for row in self.inertia)
         x, y, z = map(float, self.center)
         scene = self._isolated.model.scene
         terms = tuple(term for body in scene.meshed for term in body.terms)
-        at, slowing = (x, y, z), self._slowing
-        return FloatingFrame(name, self.mass, rows, at, mass_damping=slowing, terms=terms)
+        how: dict[str, Any] = {"mass_damping": self._slowing, "terms": terms}
+        return (FloatingFrame(self._name, self.mass, rows, (x, y, z), **how), *self._welded)
 
-    def body(self, name: str, frames: Sequence[Interface], touched: Touched) -> ModalBody:
+    def modal(self, touched: Touched) -> ModalBody:
         """All that is kept.
 
         Args:
-            name: Name of the body.
-            frames: The frames welded to it, and that of its supports.
             touched: As of `ModalBody`.
         """
         isolated, model = self._isolated, self._isolated.model
         mass, points, coupling = self._points
-        interfaces = tuple(self._interface(frame) for frame in frames)
+        interfaces = tuple(map(self._interface, self._welded))
         members = {
             member: Member(
                 isolated.bodies[member],
@@ -264,7 +236,7 @@ class _Modes:
             for member in model.meshed
         }
         return ModalBody(
-            name,
+            self._name,
             members,
             interfaces,
             self.stiffness,
@@ -279,17 +251,17 @@ class _Modes:
             self._loads.forces(self.arrays, self.center),
             touched,
             self._length,
-            float(np.sqrt(self._held(frames, interfaces))),
+            float(np.sqrt(self._held(interfaces))),
         )
 
-    def _held(self, frames: Sequence[Interface], interfaces: Sequence[InterfaceModes]) -> float:
+    def _held(self, interfaces: Sequence[InterfaceModes]) -> float:
         """Square of the lowest angular frequency with one of the frames fixed; of the free body."""
         K = len(self.omega2)
         stiffness = np.diag(np.concatenate([np.zeros(6), self.stiffness]))
         mass = np.diag(np.concatenate([np.full(6, self.mass), self.stiffness / self.omega2]))
         mass[3:6, 3:6] = self.inertia
         lowest = [float(self.omega2[0])]
-        for frame, item in zip(frames, interfaces, strict=True):
+        for frame, item in zip(self._welded, interfaces, strict=True):
             arm = frame.center - self.center
             moves = np.zeros((6, 6 + K))
             moves[:3, :3] = moves[3:, 3:6] = np.eye(3)

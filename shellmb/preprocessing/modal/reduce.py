@@ -22,7 +22,7 @@ from shellmb.model.frames.rigid_from_mesh import (
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
-from shellmb.preprocessing.modal.basis import Attachment, reduced_body
+from shellmb.preprocessing.modal.basis import Attachment, ReducedBody
 from shellmb.preprocessing.modal.supports import stays_rigid
 from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
@@ -74,11 +74,13 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     frames: list[RigidBody] = []
     for group in groups:
         spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
-        where = made.attachments(group), spread, made.holding[group[0]], made.touched(group)
-        body, its_frames, joint = reduced_body(scene, comm, group, *where)
-        bodies.append(body)
-        frames += its_frames
-        supports += joint
+        where = made.attachments(group), spread, made.holding[group[0]]
+        body = ReducedBody(scene, comm, group, *where)
+        bodies.append(body.modal(made.touched(group)))
+        frames += body.frames
+        supports += body.joints
+        # before the next one is reduced
+        del body
     gone = set(made.group)
     changed = replace(
         scene,

@@ -4,7 +4,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.description import Body, Description
 from shellmb.scene.fields import DEFAULT, FIELDS, JUDGED
-from shellmb.scene.lookup import find_shell
 from shellmb.scene.shells.laminate import Laminate
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
@@ -91,7 +90,7 @@ def check_reserves(scene: Description) -> None:
         SceneError: At the first.
     """
     for reserve in scene.reserves:
-        shell = find_shell(scene, reserve.body, said(reserve))
+        shell = scene.shell(reserve.body, said(reserve))
         who = f"{said(reserve)}: {said(shell)}"
         if "linear" not in kinds_of(shell):
             raise SceneError(f"{who} has no stresses of plies; it must be a {OWNERS['linear']}")

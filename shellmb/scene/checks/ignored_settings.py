@@ -11,7 +11,6 @@ from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven
-from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
@@ -61,7 +60,6 @@ def _doubts(scene: Description) -> tuple[str, ...]:
 
 def _degrees(scene: Description) -> tuple[str, ...]:
     """Angles in radians that are multiples of 15 degrees, as numbers."""
-    assert scene.t_end is not None
     found: list[tuple[str, Any]] = []
     for body in scene.rigid_bodies:
         vector = np.asarray(body.rotation, dtype=float)
@@ -69,7 +67,7 @@ def _degrees(scene: Description) -> tuple[str, ...]:
             # no place needs more than a turn
             found += [(f"{said(body)}: rotation", angle) for angle in vector]
     for spring in scene.force_elements:
-        if getattr(spring, "joint", None) and coordinates_of(scene, spring)[0] == "rotation":
+        if getattr(spring, "joint", None) and scene.coordinates_of(spring)[0] == "rotation":
             angles = (getattr(spring, name, None) for name in ("rest", "lower", "upper"))
             found += [(said(spring), angle) for angle in angles]
     driven: list[Any] = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
@@ -97,7 +95,7 @@ def _twice(scene: Description) -> tuple[str, ...]:
     for items in several:
         for k, item in enumerate(items):
             if item in items[:k]:
-                bodies = listed(body.name for body in bodies_of(scene, item))
+                bodies = listed(body.name for body in scene.bodies_of(item))
                 found.append(
                     f"scene '{scene.name}': two equal {item.label}s act on {bodies}, and add up; "
                     "remove one of them if that is not meant"
@@ -122,7 +120,6 @@ def _idle_alpha(scene: Description) -> tuple[str, ...]:
 
 
 def _steps(scene: Description) -> None:
-    assert scene.dt is not None and scene.t_end is not None
     low, high = SPAN
     if not low <= scene.dt <= high:
         raise refused(
@@ -164,8 +161,8 @@ def _weights(scene: Description) -> tuple[str, ...]:
     for load in scene.loads:
         if not isinstance(load, Gravity):
             continue
-        light = [body for body in bodies_of(scene, load) if not _heavy(body)]
-        if len(light) == len(bodies_of(scene, load)):
+        light = [body for body in scene.bodies_of(load) if not _heavy(body)]
+        if len(light) == len(scene.bodies_of(load)):
             raise SceneError(
                 f"{said(load)}: it pulls at {', '.join(map(said, light))}, whose mass is 0; give "
                 "its section a density, or leave the load out"

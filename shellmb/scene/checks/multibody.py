@@ -10,14 +10,6 @@ from shellmb.scene.checks.locations import EDGES, areas_of, check_place, edges_o
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Body, Description
 from shellmb.scene.loads.supports import Fixed
-from shellmb.scene.lookup import (
-    bodies_of,
-    coordinates_of,
-    find_body,
-    find_end,
-    find_shell,
-    model_of,
-)
 from shellmb.scene.multibody.couplings import Coupled
 from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
 from shellmb.scene.multibody.joints import (
@@ -72,8 +64,8 @@ def check(scene: Description) -> None:
 
 
 def _joint(scene: Description, joint: Joint) -> None:
-    first = find_end(scene, joint.first, joint.said)
-    second = find_end(scene, joint.second, joint.said)
+    first = scene.end(joint.first, joint.said)
+    second = scene.end(joint.second, joint.said)
     if isinstance(joint, EdgeHinge):
         _edge_hinge(scene, joint, (first, second))
         return
@@ -185,7 +177,7 @@ def _end_said(body: Body | None) -> str:
 
 def _end(scene: Description, name: str, at: Any, who: str) -> None:
     """One end of a joint or element."""
-    body = find_end(scene, name, who)
+    body = scene.end(name, who)
     if body is not None:
         check_place(body, at, who)
     elif not isinstance(at, tuple):
@@ -197,7 +189,6 @@ def _end(scene: Description, name: str, at: Any, who: str) -> None:
 def _within_time(
     scene: Description, windows: tuple[tuple[float, float], ...] | None, who: str
 ) -> None:
-    assert scene.t_end is not None
     for start, end in windows or ():
         if start < 0 or start >= scene.t_end:
             raise SceneError(
@@ -208,12 +199,11 @@ def _within_time(
 
 def _coordinates(scene: Description) -> None:
     """Drivers, locks and joint elements: the joint's coordinates, each prescribed once."""
-    assert scene.t_end is not None
     owners: dict[tuple[str, str], str] = {}
     items: tuple[Driver | Lock, ...] = (*scene.drivers, *scene.locks)
     for item in items:
         who = said(item) if hasattr(item, "name") else f"lock of joint '{item.joint}'"
-        for coordinate in coordinates_of(scene, item):
+        for coordinate in scene.coordinates_of(item):
             other = owners.setdefault((item.joint, coordinate), who)
             if other is not who:
                 raise SceneError(
@@ -233,7 +223,7 @@ def _coordinates(scene: Description) -> None:
                 )
     for element in (*scene.force_elements, *_coupled(scene)):
         if isinstance(element, JointElement):
-            coordinates_of(scene, element)
+            scene.coordinates_of(element)
     relations: tuple[Any, ...] = (*scene.joints, *scene.couplings)
     for relation in relations:
         for function in relation.given:
@@ -258,8 +248,8 @@ def _coupled(scene: Description) -> list[Coupled]:
 def _glues(scene: Description) -> None:
     glued: set[str] = set()
     for glue in scene.glues:
-        beam: Beam = find_body(scene, glue.beam, "glue", (Beam,))
-        shell = find_shell(scene, glue.shell, "glue")
+        beam: Beam = scene.body(glue.beam, "glue", (Beam,))
+        shell = scene.shell(glue.shell, "glue")
         if beam.curve.shell != shell.name:
             raise SceneError(
                 f"glue: beam '{beam.name}' does not run along shell '{shell.name}'; its curve must "
@@ -273,7 +263,7 @@ def _glues(scene: Description) -> None:
         if beam.name in glued:
             raise SceneError(f"glue: beam '{beam.name}' is glued twice; it must be glued once")
         glued.add(beam.name)
-        model = model_of(scene, beam)
+        model = scene.model_of(beam)
         if beam.natural is not None and model != beam.model:
             raise SceneError(
                 f"glue: beam '{beam.name}' has natural strains, and the model of shell "
@@ -283,7 +273,7 @@ def _glues(scene: Description) -> None:
     for beam in scene.beams:
         if beam.curve.shell is None:
             continue
-        shell = find_shell(scene, beam.curve.shell, said(beam))
+        shell = scene.shell(beam.curve.shell, said(beam))
         if beam.name not in glued:
             raise SceneError(
                 f"beam '{beam.name}': it runs along shell '{shell.name}' and is not glued to it; "
@@ -298,7 +288,7 @@ def _glues(scene: Description) -> None:
 
 def _quantity(scene: Description, probe: Any) -> None:
     """Check that the probe's body has what it records, and that the frame that sees it is one."""
-    (body,) = bodies_of(scene, probe)
+    (body,) = scene.bodies_of(probe)
     q = probe.quantity
     if probe.frame is not None:
         _frame(scene, probe)
@@ -321,7 +311,7 @@ def _quantity(scene: Description, probe: Any) -> None:
 
 def _frame(scene: Description, probe: Any) -> None:
     """The body whose frame a probe's motion is seen from."""
-    body = find_body(scene, probe.frame, f"{said(probe)}: frame")
+    body = scene.body(probe.frame, f"{said(probe)}: frame")
     if _frameless(body):
         raise SceneError(
             f"{said(probe)}: frame is {said(body)}, whose nodes have a director only; it must be a "
@@ -336,7 +326,7 @@ def _frame(scene: Description, probe: Any) -> None:
 
 
 def _directors(scene: Description, support: Fixed) -> None:
-    (body,) = bodies_of(scene, support)
+    (body,) = scene.bodies_of(support)
     if isinstance(body, Beam | UserBody) and any(c is not None for c in support.director):
         raise SceneError(
             f"fixed components: director is {show(support.director)} on {said(body)}; it must be "
@@ -352,15 +342,15 @@ def _supported(scene: Description) -> None:
     pairs += [(joint.first, joint.second) for joint in scene.joints]
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
     pairs += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
-    pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
+    pairs += [(body.name, GROUND) for s in scene.supports for body in scene.bodies_of(s)]
     pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.bodies if getattr(body, "terms", ())]
     # energies of the user's own may hold their bodies, too
     pairs += [(body.name, GROUND) for body in scene.own_bodies]
-    pairs += [(b.name, GROUND) for p in scene.potentials for b in bodies_of(scene, p)]
+    pairs += [(b.name, GROUND) for p in scene.potentials for b in scene.bodies_of(p)]
     pairs += [
-        (b.name, c.obstacle_body or GROUND) for c in scene.contacts for b in bodies_of(scene, c)
+        (b.name, c.obstacle_body or GROUND) for c in scene.contacts for b in scene.bodies_of(c)
     ]
     for first, second in pairs:
         old, new = group[first], group[second]
@@ -397,7 +387,7 @@ def _carried(scene: Description) -> set[str]:
     ]
     for _ in ties:
         for joint, end, name in ties:
-            other = find_end(scene, name, joint.said)
+            other = scene.end(name, joint.said)
             if isinstance(other, RigidBody):
                 carries = other.mass > 0 or name in found
             elif other is None:

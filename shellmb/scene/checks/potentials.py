@@ -8,7 +8,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import ANY, check_place, points_of
 from shellmb.scene.description import Description
 from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Faces
-from shellmb.scene.lookup import bodies_of, find_body, find_shell, model_of
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
@@ -40,7 +39,7 @@ def check_potentials(scene: Description) -> None:
                 "linearised)"
             )
     for item in items:
-        (body,) = bodies_of(scene, item)
+        (body,) = scene.bodies_of(item)
         check_place(body, item.at, said(item), ANY)
         points, places = points_of(body) or (), edge_names(item.at or ())
         if len({name in points for name in places}) > 1 and isinstance(places[0], str):
@@ -89,7 +88,7 @@ def _enclosing(scene: Description, volume: EnclosedVolume) -> None:
             "enclose the volume"
         )
     for name in _shells_of(scene, volume):
-        shell = find_shell(scene, name, who)
+        shell = scene.shell(name, who)
         if shell.model not in ("exact", "floating-frame"):
             raise SceneError(
                 f"{who}: the model of shell '{name}' is {show(shell.model)}; it must be 'exact' or "
@@ -103,12 +102,12 @@ def _shells_of(scene: Description, volume: EnclosedVolume) -> tuple[str, ...]:
 
 def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
     """Refuse what contact with the faces of a shell is not made for."""
-    (body,), who = bodies_of(scene, contact), said(contact)
-    find_body(scene, faces.shell, f"{who}: shell of the faces", (Shell,))
+    (body,), who = scene.bodies_of(contact), said(contact)
+    scene.body(faces.shell, f"{who}: shell of the faces", (Shell,))
     for name, models in ((body.name, ("exact", "rigid")), (faces.shell, ("exact",))):
-        touching = find_body(scene, name, who)
+        touching = scene.body(name, who)
         own = getattr(touching, "model", "rigid")
-        model = model_of(scene, touching) if hasattr(touching, "model") else own
+        model = scene.model_of(touching) if hasattr(touching, "model") else own
         # a beam that is glued to what is rigid has no points of its own
         if model not in (models if model == own else ("exact",)):
             raise SceneError(
@@ -142,8 +141,8 @@ def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
 
 def _carrier(scene: Description, contact: Contact) -> None:
     """Refuse an obstacle on a body that is not rigid, or on the one that it pushes."""
-    (body,), who, name = bodies_of(scene, contact), said(contact), contact.obstacle_body
-    carrier = find_body(scene, name, f"{who}: obstacle_body")
+    (body,), who, name = scene.bodies_of(contact), said(contact), contact.obstacle_body
+    carrier = scene.body(name, f"{who}: obstacle_body")
     if not isinstance(carrier, RigidBody) and carrier.model != "rigid":
         raise SceneError(
             f"{who}: obstacle_body '{name}' is a {kind_of(carrier)} that deforms; it must be a "

@@ -1,7 +1,7 @@
 """Checks of what schemes can follow, and times at which functions of time jump or have corners."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -163,7 +163,6 @@ def _given(scene: Description, scheme: str) -> None:
 def _small(scene: Description, angle: Any, who: str) -> None:
     if angle is None:
         return
-    assert scene.t_end is not None
     times = LOOKED_AT * scene.t_end
     angles = [abs(float(angle(t)) if callable(angle) else float(angle)) for t in times]
     worst = int(np.argmax(angles))
@@ -253,7 +252,6 @@ def check_control(scene: Description) -> None:
     """
     control = scene.step_control
     who = f"scene '{scene.name}'"
-    assert scene.dt is not None and scene.t_end is not None
     if control.times and scene.path is not None:
         raise SceneError(
             f"{who}: the step control has times; it must have none where a path is followed, whose "
@@ -291,7 +289,7 @@ def corners(scene: Description) -> tuple[float, ...]:
     Args:
         scene: The scene.
     """
-    return _within(scene, (t for f in functions_of_time(scene) for t in _corners(f)))
+    return _corners(scene, lambda function, t: True)
 
 
 def jumps(scene: Description) -> tuple[float, ...]:
@@ -300,8 +298,7 @@ def jumps(scene: Description) -> tuple[float, ...]:
     Args:
         scene: The scene.
     """
-    every = ((f, t) for f in functions_of_time(scene) for t in _corners(f))
-    return _within(scene, (t for f, t in every if _leaps(f, t)))
+    return _corners(scene, _leaps)
 
 
 def functions_of_time(scene: Description) -> list[Any]:
@@ -318,16 +315,13 @@ def functions_of_time(scene: Description) -> list[Any]:
     return functions
 
 
-def _corners(function: Any) -> tuple[float, ...]:
-    return tuple(float(t) for t in getattr(function, "corners", ()))
-
-
 def _leaps(function: Any, t: float) -> bool:
     """Decide whether a function has another value right before a time [s], beyond round-off."""
     value, before = function(t), function(math.nextafter(t, -math.inf))
     return abs(value - before) > LEAP * max(abs(value), abs(before))
 
 
-def _within(scene: Description, times: Iterable[float]) -> tuple[float, ...]:
-    assert scene.t_end is not None
-    return tuple(sorted({t for t in times if 0 < t < scene.t_end}))
+def _corners(scene: Description, wanted: Callable[[Any, float], bool]) -> tuple[float, ...]:
+    """Times within a run at which functions of time have corners of the wanted kind."""
+    every = ((f, float(t)) for f in functions_of_time(scene) for t in getattr(f, "corners", ()))
+    return tuple(sorted({t for f, t in every if 0 < t < scene.t_end and wanted(f, t)}))

@@ -15,7 +15,6 @@ from shellmb.scene.control.signals import (
     named_inputs,
 )
 from shellmb.scene.description import Description
-from shellmb.scene.lookup import coordinates_of, find_joint
 from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
 from shellmb.scene.schemes import SCHEMES
 from shellmb.scene.values.validate import listed, refused, said, show
@@ -177,7 +176,6 @@ def _period(scene: Description, controller: Law) -> None:
     control, dt, period = scene.step_control, scene.dt, controller.period
     if control.step_error is not None or control.jump_tolerance is not None or period is None:
         return
-    assert dt is not None
     if abs(period / dt - round(period / dt)) > MULTIPLE * period / dt or period < dt / 2:
         raise SceneError(
             f"{said(controller)}: period is {show(period)}; it must be a multiple of dt, which is "
@@ -209,11 +207,9 @@ def _columns(scene: Description) -> Iterator[str]:
         if isinstance(element, PointElement):
             yield from (f"{element.name}.length", f"{element.name}.force")
         elif isinstance(element, JointElement):
-            yield from (
-                f"{element.name}.{_EFFORT[name]}" for name in coordinates_of(scene, element)
-            )
+            yield from (f"{element.name}.{_EFFORT[name]}" for name in scene.coordinates_of(element))
     for lock in scene.acting_locks:
-        yield from (f"{lock.joint}.lock_{_EFFORT[name]}" for name in coordinates_of(scene, lock))
+        yield from (f"{lock.joint}.lock_{_EFFORT[name]}" for name in scene.coordinates_of(lock))
     for joint in scene.joints:
         yield from (f"{joint.name}.{force}" for force in _FORCES)
     yield from ACCOUNT[:2] if scene.static else ACCOUNT
@@ -227,7 +223,7 @@ def _sensors(scene: Description) -> None:
     for sensor in scene.sensors:
         column = sensor.column
         coordinate = coordinate_read(scene, column)
-        if coordinate is not None and find_joint(scene, coordinate[0], "").active is not None:
+        if coordinate is not None and scene.joint(coordinate[0], "").active is not None:
             raise SceneError(
                 f"sensor '{column}': joint '{coordinate[0]}' has windows of time; a joint whose "
                 "coordinate is read must act always"

@@ -19,7 +19,6 @@ from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, LineForce, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
-from shellmb.scene.lookup import bodies_of, find_shell
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rolling import Contact
@@ -197,7 +196,7 @@ def _targets(scene: Description) -> None:
     items: tuple[Any, ...] = (*scene.supports, *scene.loads, *scene.initial, *scene.probes)
     for item in items:
         who = said(item)
-        for body in bodies_of(scene, item):
+        for body in scene.bodies_of(item):
             offset = getattr(item, "offset", None)
             if isinstance(body, UserBody) and np.any(offset):
                 raise SceneError(
@@ -210,7 +209,7 @@ def _targets(scene: Description) -> None:
                 check_place(body, item.at, who, kinds[:2] if isinstance(item.at, tuple) else kinds)
     for join in scene.joins:
         for name, edge in ((join.first, join.at), (join.second, join.second_at)):
-            check_place(find_shell(scene, name, "join"), edge, "join", EDGES)
+            check_place(scene.shell(name, "join"), edge, "join", EDGES)
     for one, two in combinations(scene.joins, 2):
         if all(_edges_of(one, name) & _edges_of(two, name) for name in (one.first, one.second)):
             raise SceneError(
@@ -227,7 +226,6 @@ def _edges_of(join: Join, shell: str) -> set[str]:
 
 def _time_functions(scene: Description) -> None:
     """Every function of time gives finite numbers at the beginning, the middle and the end."""
-    assert scene.t_end is not None
     end = scene.given_until
     for load in scene.loads:
         finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
@@ -252,12 +250,12 @@ def _functions_of_position(scene: Description) -> None:
         for name, value in given.items():
             if callable(value):
                 if isinstance(load, LineForce):
-                    (beam,) = bodies_of(scene, load)
+                    (beam,) = scene.bodies_of(load)
                     assert isinstance(beam, Beam)
                     if beam.curve.shell is None:
                         values_at(value, beam.curve.position(s), 3, f"{load.label}: {name}")
                     continue
-                surface = find_shell(scene, load.body, load.label).surface
+                surface = scene.shell(load.body, load.label).surface
                 if surface.edges is not None:
                     x = surface.position(s, s[::-1].copy())
                     values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
@@ -291,7 +289,7 @@ def check_reduced(scene: Description) -> None:
                 )
     modal = {name: group for group in groups for name in group}
     for support in scene.supports:
-        for target in bodies_of(scene, support):
+        for target in scene.bodies_of(support):
             if target.name in modal and not at_rest(support):
                 raise SceneError(
                     f"{support.label}: {said(target)} is reduced to modes and would be moved; what "

@@ -29,6 +29,16 @@ RATE = ".rate"
 _NOT_YET = -5e-324
 
 
+def _formula(sign: str, turned: bool = False) -> Callable[[Any, Any], Formula]:
+    """Operator that makes a formula of a quantity and something, or of both in turned order."""
+    return lambda one, other: Formula(sign, (other, one) if turned else (one, other))
+
+
+def _condition(sign: str) -> Callable[[Any, Any], Condition]:
+    """Operator that compares a quantity with something."""
+    return lambda one, other: Condition(sign, (one, other))
+
+
 class Quantity:
     """A number that a run knows at the end of each step; to be calculated and compared with."""
 
@@ -41,26 +51,10 @@ class Quantity:
         """
         raise NotImplementedError
 
-    def __add__(self, other: Any) -> Formula:
-        return Formula("+", (self, other))
-
-    def __radd__(self, other: Any) -> Formula:
-        return Formula("+", (other, self))
-
-    def __sub__(self, other: Any) -> Formula:
-        return Formula("-", (self, other))
-
-    def __rsub__(self, other: Any) -> Formula:
-        return Formula("-", (other, self))
-
-    def __mul__(self, other: Any) -> Formula:
-        return Formula("*", (self, other))
-
-    def __rmul__(self, other: Any) -> Formula:
-        return Formula("*", (other, self))
-
-    def __truediv__(self, other: Any) -> Formula:
-        return Formula("/", (self, other))
+    __add__, __radd__ = _formula("+"), _formula("+", turned=True)
+    __sub__, __rsub__ = _formula("-"), _formula("-", turned=True)
+    __mul__, __rmul__ = _formula("*"), _formula("*", turned=True)
+    __truediv__ = _formula("/")
 
     def _refuse(self, other: Any) -> Formula:
         raise SceneError(
@@ -77,17 +71,8 @@ class Quantity:
     def __abs__(self) -> Formula:
         return Formula("abs", (self,))
 
-    def __ge__(self, other: Any) -> Condition:
-        return Condition(">=", (self, other))
-
-    def __gt__(self, other: Any) -> Condition:
-        return Condition(">", (self, other))
-
-    def __le__(self, other: Any) -> Condition:
-        return Condition("<=", (self, other))
-
-    def __lt__(self, other: Any) -> Condition:
-        return Condition("<", (self, other))
+    __ge__, __gt__ = _condition(">="), _condition(">")
+    __le__, __lt__ = _condition("<="), _condition("<")
 
 
 @described("sensor")

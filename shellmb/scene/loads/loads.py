@@ -10,7 +10,7 @@ material 1-direction, the one across it, and the normal; or with the directors d
 beam's section, d1 along it, or of a rigid body's axes.
 """
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import Edge, Finite, Name, Vec3
@@ -33,24 +33,26 @@ class Load:
     label: ClassVar[str] = "load"
 
 
+@described("edge load")
 class EdgeLoad(Load):
     """Any load along edges of a shell.
 
-    Attributes:
+    Args:
         at: The edge or edges.
     """
 
-    at: Any
+    at: Edge
 
 
+@described("point load")
 class PointLoad(Load):
     """Any load at one point of a body.
 
-    Attributes:
+    Args:
         at: A named point, coordinates, or an ``Offset`` from a node.
     """
 
-    at: Any
+    at: Point
 
 
 @described("surface force")
@@ -109,7 +111,6 @@ class EdgeForce(EdgeLoad):
         time: Function of time.
     """
 
-    at: Edge
     force: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
@@ -126,7 +127,6 @@ class FollowerEdgeForce(EdgeLoad):
         time: Function of time.
     """
 
-    at: Edge
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
@@ -143,7 +143,6 @@ class EdgeMoment(EdgeLoad):
         time: Function of time.
     """
 
-    at: Edge
     moment: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
@@ -161,7 +160,6 @@ class PointForce(PointLoad):
         time: Function of time.
     """
 
-    at: Point
     force: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
@@ -242,7 +240,6 @@ class PointMoment(PointLoad):
         time: Function of time.
     """
 
-    at: Point
     moment: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
@@ -259,7 +256,6 @@ class FollowerForce(PointLoad):
         time: Function of time.
     """
 
-    at: Point
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
@@ -276,7 +272,6 @@ class FollowerMoment(PointLoad):
         time: Function of time.
     """
 
-    at: Point
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None

@@ -40,8 +40,19 @@ class Support:
         return {}
 
 
+@described("edge support")
+class EdgeSupport(Support):
+    """Any support of edges.
+
+    Args:
+        at: The edge or edges.
+    """
+
+    at: Edge
+
+
 @described("clamped edge")
-class Clamped(Support):
+class Clamped(EdgeSupport):
     """Clamped edges: no displacement and no rotation.
 
     Args:
@@ -49,12 +60,11 @@ class Clamped(Support):
         body: Name of the shell or beam.
     """
 
-    at: Edge
     body: Name | None = None
 
 
 @described("hinged edge")
-class Hinged(Support):
+class Hinged(EdgeSupport):
     """Hinged edges: no displacement, and the directors are free.
 
     Args:
@@ -64,13 +74,12 @@ class Hinged(Support):
             the director [m], so that a hinge may be on one of its faces.
     """
 
-    at: Edge
     body: Name | None = None
     offset: Arm = 0.0
 
 
 @described("soft support")
-class SoftSupport(Support):
+class SoftSupport(EdgeSupport):
     """Simple support: no displacement along one axis, everything else free.
 
     Args:
@@ -80,14 +89,13 @@ class SoftSupport(Support):
         offset: From the nodes to the fixed points: the distance along the director [m].
     """
 
-    at: Edge
     axis: Axis = (0.0, 0.0, 1.0)
     body: Name | None = None
     offset: Arm = 0.0
 
 
 @described("hard support")
-class HardSupport(Support):
+class HardSupport(EdgeSupport):
     """Hard simple support: also fixes the rotation about the edge normal.
 
     Displacements across ``axis`` stay free: a plate that nothing else holds has three rigid motions
@@ -99,13 +107,12 @@ class HardSupport(Support):
         body: Name of the shell.
     """
 
-    at: Edge
     axis: Axis = (0.0, 0.0, 1.0)
     body: Name | None = None
 
 
 @described("diaphragm")
-class Diaphragm(Support):
+class Diaphragm(EdgeSupport):
     """Thin wall at an edge: fixes in-plane displacements of the wall; the rest is free.
 
     Args:
@@ -114,13 +121,12 @@ class Diaphragm(Support):
         body: Name of the shell.
     """
 
-    at: Edge
     axis: Axis
     body: Name | None = None
 
 
 @described("symmetry plane")
-class SymmetryPlane(Support):
+class SymmetryPlane(EdgeSupport):
     """A plane of symmetry: the edge and its director stay in it.
 
     Args:
@@ -129,7 +135,6 @@ class SymmetryPlane(Support):
         body: Name of the shell.
     """
 
-    at: Edge
     normal: Axis
     body: Name | None = None
 
@@ -171,7 +176,7 @@ class Fixed(Support):
 
 
 @described("driven edge")
-class Driven(Support):
+class Driven(EdgeSupport):
     """A clamped edge carried along by a rigid motion.
 
     Positions on the edge are ``about + R(rotation(t)) (X - about) + translation(t)``, directors
@@ -186,7 +191,6 @@ class Driven(Support):
         body: Name of the shell.
     """
 
-    at: Edge
     about: Vec3 = (0.0, 0.0, 0.0)
     axis: Axis = (0.0, 0.0, 1.0)
     rotation: TimeFunction | None = None

@@ -25,23 +25,24 @@ class Coupled(JointElement):
         factor: Its factor.
     """
 
-    name: str
-    joint: str
     coordinate: Coordinate | None
     factor: float
 
     label: ClassVar[str] = "coupling"
 
 
+@described("relation")
 class Relation:
     """Base class of couplings: a sum of factors times coordinates has a given value.
 
-    Attributes:
+    Args:
         name: Its name in the results.
+
+    Attributes:
         given: The value as a function of time; empty: zero.
     """
 
-    name: str
+    name: Name
     label: ClassVar[str]
 
     @property
@@ -94,7 +95,6 @@ class Coupling(Relation):
         value: The sum over time, which begins as zero; None: zero.
     """
 
-    name: Name
     factors: Mapping[Which, Finite]
     value: TimeFunction | None = None
 
@@ -121,7 +121,6 @@ class Gear(Relation):
             teeth over the second, of a pinion and its rack the radius of the pinion [m/rad].
     """
 
-    name: Name
     first: Which
     second: Which
     ratio: Finite = field(kw_only=True)
@@ -144,7 +143,6 @@ class Belt(Relation):
         crossed: Whether the pulleys turn against each other.
     """
 
-    name: Name
     first: Which
     second: Which
     radii: tuple[Positive, Positive] = field(kw_only=True)
@@ -172,7 +170,6 @@ class Differential(Relation):
         teeth: Numbers of teeth of both wheels.
     """
 
-    name: Name
     carrier: Which
     first: Which
     second: Which

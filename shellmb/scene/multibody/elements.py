@@ -148,30 +148,34 @@ class Element:
             )
 
 
+@described("element of a joint")
 class JointElement(Element):
-    """A force element that acts on a coordinate of a joint.
+    """A force element that acts on one ``coordinate`` of a joint; None: the only one.
 
-    Attributes:
+    Args:
+        name: Its name in the results.
         joint: Name of the joint.
-        coordinate: Which of its coordinates; None: the only one.
     """
 
-    joint: str
-    coordinate: Coordinate | None
+    name: Name
+    joint: Name
 
 
+@described("element between points")
 class PointElement(Element):
     """A force element between two points, along the line that connects them.
 
-    Attributes:
+    Args:
+        name: Its name in the results.
         first: Name of a body, or ``"ground"``.
         second: Name of the other.
         at: Where on the first: coordinates [m], the name of a point of it, or an ``Offset``.
         second_at: Where on the second.
     """
 
-    first: str
-    second: str
+    name: Name
+    first: Name
+    second: Name
     at: Point
     second_at: Point
 
@@ -200,8 +204,6 @@ class JointSpring(JointElement):
         relaxation: Prony series of its stiffness; None: it does not relax.
     """
 
-    name: Name
-    joint: Name
     stiffness: Positive | None = None
     potential: Callable[[Any], Any] | None = None
     rest: Finite = 0.0
@@ -224,8 +226,6 @@ class JointDamper(JointElement):
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
     """
 
-    name: Name
-    joint: Name
     damping: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
     coordinate: Coordinate | None = None
@@ -250,8 +250,6 @@ class JointStop(JointElement):
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
     """
 
-    name: Name
-    joint: Name
     lower: Finite | None = None
     upper: Finite | None = None
     stiffness: Positive = field(kw_only=True)
@@ -289,8 +287,6 @@ class Motor(JointElement):
         command: In place of a law what a controller commands, or an ``Input`` [N m or N].
     """
 
-    name: Name
-    joint: Name
     law: Callable[[Any, Any, Any], Any] | None = None
     coordinate: Coordinate | None = None
     command: InstanceOf[Command] | InstanceOf[Input] | None = None
@@ -315,11 +311,6 @@ class Spring(PointElement):
         relaxation: Prony series of its stiffness; None: it does not relax.
     """
 
-    name: Name
-    first: Name
-    second: Name
-    at: Point
-    second_at: Point
     stiffness: Positive | None = None
     potential: Callable[[Any], Any] | None = None
     length: NonNegative | None = None
@@ -356,11 +347,6 @@ class Damper(PointElement):
             with operators and UFL functions.
     """
 
-    name: Name
-    first: Name
-    second: Name
-    at: Point
-    second_at: Point
     damping: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
 

@@ -11,16 +11,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.types import (
-    NONE,
-    Listed,
-    Matrix3,
-    Name,
-    NonNegative,
-    Positive,
-    Vec3,
-    explained,
-)
+from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Positive, Vec3, explained
 from shellmb.scene.values.validate import described, error_of, refused, show
 
 type Matrix = NDArray[np.float64]

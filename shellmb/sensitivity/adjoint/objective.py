@@ -11,7 +11,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.running.error_origin import in_words
 from shellmb.scene import Modal, Scene
-from shellmb.scene.lookup import find_shell, listed, said
+from shellmb.scene.lookup import listed, said
 
 # differences of fourth order where derivatives are not written: places beside the middle, in
 # distances, and their weights in a derivative, over the distance
@@ -47,7 +47,7 @@ def check_probes(scene: Scene) -> None:
             "function of these"
         )
     for reserve in scene.reserves:
-        shell = find_shell(scene, reserve.body, said(reserve))
+        shell = scene.shell(reserve.body, said(reserve))
         if isinstance(shell.model, Modal):
             raise SceneError(
                 f"adjoint: {said(reserve)} is of shell '{shell.name}', which is reduced to modes; "

@@ -21,7 +21,7 @@ from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.modal.tangent import stretching, tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
-from shellmb.scene.lookup import find_body, listed, said
+from shellmb.scene.lookup import listed, said
 from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
@@ -146,7 +146,7 @@ def _place(
 @load_state.register
 def _(start: FromShape, problem: Problem, scene: Scene) -> bool:
     model = problem.model
-    target = find_body(scene, start.body, "start from a shape")
+    target = scene.body(start.body, "start from a shape")
     if isinstance(target, Shell | Beam):
         _check_exact(target, "start from a shape", "the scene must start from a run or a mode")
     body, nodes, X, D = model.nodes_of(target.name)
