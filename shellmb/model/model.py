@@ -46,7 +46,6 @@ from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import Gravity, PointLoad
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.multibody.rolling import Contact
 
 # times, in parts of the run, at which what supports prescribe is compared: its ends, and times
 # that no period falls on
@@ -220,7 +219,7 @@ class Model:
     @property
     def slides(self) -> bool:
         """Decide whether bodies roll or slide: constraints hold velocities at the end of a step."""
-        return any(isinstance(joint, Contact) for joint in self.scene.joints)
+        return bool(self.mechanism.contacts)
 
     @property
     def elements(self) -> int:

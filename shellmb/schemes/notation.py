@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.forms.steps.path import PAIRS, Path, PathRow
+from shellmb.forms.steps.path import PAIRS, Numbers, Path, PathRow
 
 x, D, z, y = np.eye(4)
 
@@ -155,7 +155,7 @@ class PathPage(NamedTuple):
         q_i, hv_i, q_f, hv_f = np.eye(4)
         return np.array(self.path_of(q_i, q_f, hv_i, hv_f, alpha).states)
 
-    def slopes(self, row: int) -> tuple[SlopeWeights, SlopeWeights]:
-        """Virtual strains of both stresses in a row."""
-        first, second = self.rows[row].stresses
-        return SlopeWeights(first.c, first.weights), SlopeWeights(second.c, second.weights)
+    @property
+    def slopes(self) -> tuple[tuple[Numbers, Numbers], ...]:
+        """Virtual strains of each stress, row by row."""
+        return tuple(zip(*(row.stresses for row in self.rows), strict=True))

@@ -12,7 +12,6 @@ import pytest
 from shellmb.demos import slider_crank
 from shellmb.demos.verification.problems.mechanisms import double_pendulum, pendulum_centers
 from shellmb.forms.steps.path import PAIRS
-from shellmb.model.joints.columns import drive
 from shellmb.scene import (
     Beam,
     InitialVelocity,
@@ -166,7 +165,7 @@ class Swing(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         for coordinate in simulation.model.mechanism.drivers.values():
-            self.torques.append(drive(simulation.problem, coordinate))
+            self.torques.append(coordinate.drive(simulation.problem))
 
 
 def slope(sizes: list[int], errors: list[float]) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch
-from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.massless import gathered
 from shellmb.simulate.simulation import Simulation
 
@@ -29,8 +28,7 @@ class Lifting(Watch):
 
     def start(self, simulation: Simulation) -> None:
         """Find the joints."""
-        groups = simulation.model.mechanism.groups
-        self._groups = [group for group in groups if isinstance(group, ContactGroup)]
+        self._groups = simulation.model.mechanism.contacts
         self.idle = not self._groups
 
     def accepted(self, simulation: Simulation) -> None:
@@ -65,9 +63,7 @@ class Slipping(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts that slip by more than that."""
-        for group in simulation.model.mechanism.groups:
-            if not isinstance(group, ContactGroup):
-                continue
+        for group in simulation.model.mechanism.contacts:
             levels = simulation.problem.levels[group.name]
             slips = group.sliding(levels.q.x.array, levels.rates["v"].x.array)
             shares = slips[:, 0] / np.maximum(slips[:, 1], 1e-300)

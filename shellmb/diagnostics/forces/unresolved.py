@@ -14,7 +14,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.model.elements.elements import Motors
-from shellmb.model.joints.columns import COLUMN
+from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.massless import LawValues
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS

@@ -24,7 +24,7 @@ from shellmb.forms.measure import Measure, linear
 from shellmb.forms.steps.mixed import Stiffness
 from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
-from shellmb.model.joints.coordinates import Coordinate, scalar_targets
+from shellmb.model.joints.coordinates import Coordinate, scalar_targets, summed
 from shellmb.model.massless import LawValues, NodeGroup
 from shellmb.model.potentials.exact import FAR, ExactEnergy
 from shellmb.model.sections.branches import Fading, MaxwellBranches
@@ -161,6 +161,10 @@ class ElementGroup(NodeGroup):
             row: Virtual work on the left-hand side of the row that balances the step, by local dof.
         """
         return self.resists * self.gathered("x", row)[:, 0] + 0.0
+
+    def columns(self, forces: Floats) -> dict[str, float]:
+        """Forces of the elements, shape (items,), by their columns: sums of equal ones."""
+        return summed([f"{i.element.name}.{i.coordinate.effort}" for i in self.items], forces)
 
     def given(self, *arguments: Expr) -> Expr:
         """Values of the group's law.

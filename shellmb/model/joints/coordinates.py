@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 import ufl
@@ -31,6 +34,8 @@ Key = tuple[str, str]
 
 # vectors that the two places need
 _VECTORS = {"rotation": (3, 3), "translation": (3, 0), "distance": (0, 0)}
+# how the values of coordinates are called in results
+COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}
 # two points count as one below this part of the scene's length
 TOGETHER = 1e-9
 
@@ -206,6 +211,18 @@ class CoordinateGroup(ConstraintGroup):
     def _excess(self) -> Callable[[Floats, Floats], Floats]:
         return self.reader(lambda q, v: as_row(self.excess(q, v)))
 
+    def by_name(self, state: Floats) -> dict[Key, float]:
+        """Values in a local array of a state, and means of joints that have several; collective."""
+        values = self.gathered("x", state)[:, 0].tolist()
+        found: dict[Key, float] = {}
+        means: dict[Key, float] = {}
+        for item, value in zip(self.coordinates, values, strict=True):
+            found[item.name, item.kind] = value
+            if item.joint:
+                key = item.joint, item.kind
+                means[key] = means.get(key, 0.0) + item.share * value
+        return found | means
+
     def begin(self, q: fem.Function) -> None:
         """Count rotations from where they are, before a step.
 
@@ -321,6 +338,27 @@ class Coordinate:
         """Local dof of the unknown "x", shape (0,) on ranks that do not have it."""
         here = self.group.nodes.item == self.item
         return self.group.mixed.dofs["x"][here]
+
+    def drive(self, problem: Any) -> float:
+        """Torque or force that a driver exerts on it; collective.
+
+        It is the mean over the step just solved, the value at its middle to second order; in
+        statics that at its end.
+        """
+        system, found = problem.system, 0.0
+        number = problem.number(self.group.name, problem.last)
+        held = system.numbering.start + system.fixed
+        for unknown in system.numbering.by_field[number][self.local()]:
+            found += float(np.sum(system.reactions[held == unknown]))
+        return float(system.comm.allreduce(found, op=MPI.SUM))
+
+
+def summed(names: Sequence[str], values: Floats) -> dict[str, float]:
+    """Values by name, those of the same name added up."""
+    found: dict[str, float] = {}
+    for name, value in zip(names, values.tolist(), strict=True):
+        found[name] = found[name] + value if name in found else value
+    return found
 
 
 def coordinate_groups(

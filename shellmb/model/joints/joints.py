@@ -212,12 +212,9 @@ class JointGroup(ConstraintGroup):
         return ufl.as_vector(self.equations.constraints(*self.places(q), self.size, *values))
 
 
-def joint_groups(
-    scale: Scale,
-    joints: Sequence[BoundJoint],
-    switched: frozenset[str],
-    kind: type[JointGroup] = JointGroup,
-) -> list[JointGroup]:
+def joint_groups[G: JointGroup](
+    scale: Scale, joints: Sequence[BoundJoint], switched: frozenset[str], kind: type[G]
+) -> list[G]:
     """Groups of joints of one kind.
 
     Args:

@@ -19,9 +19,9 @@ from shellmb.model.elements.elements import (
     element_groups,
 )
 from shellmb.model.hinges.edges import bind_hinges
-from shellmb.model.joints import columns
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
+    COLUMN,
     BoundCoordinate,
     Coordinate,
     Key,
@@ -29,7 +29,13 @@ from shellmb.model.joints.coordinates import (
     distance_coordinate,
     joint_coordinate,
 )
-from shellmb.model.joints.joints import BoundJoint, bind, joint_groups, point_masses
+from shellmb.model.joints.joints import (
+    BoundJoint,
+    JointGroup,
+    bind,
+    joint_groups,
+    point_masses,
+)
 from shellmb.model.joints.rolling import ContactGroup, bind_contact
 from shellmb.model.joints.switches import (
     HeldCoordinates,
@@ -68,7 +74,8 @@ class Mechanism:
 
     Attributes:
         joints: All joints with their places, of a weld along a region that of its first node.
-        groups: Their groups, by kind.
+        groups: Their groups, by kind; those of contacts are last.
+        contacts: Groups of contacts alone.
         bodies: All bodies of the system that it consists of.
         table: The coordinates that something acts on: of joints, and distances of elements.
         coordinate_groups: Their groups, by kind.
@@ -109,8 +116,9 @@ class Mechanism:
             plain += bound
         switched = frozenset(j.name for j in scene.joints if j.active is not None)
         contacts = [joint for joint in self.joints.values() if joint.start]
-        self.groups = joint_groups(scale, plain, switched)
-        self.groups += joint_groups(scale, contacts, switched, ContactGroup)
+        self.groups = joint_groups(scale, plain, switched, JointGroup)
+        self.contacts = joint_groups(scale, contacts, switched, ContactGroup)
+        self.groups += self.contacts
         needed = self._coordinates(find)
         needed += [c for hinge in hinges.values() for c in hinge.coordinates]
         self.coordinate_groups, self.table = coordinate_groups(scale, needed)
@@ -154,17 +162,28 @@ class Mechanism:
 
         `JOINT.rotation` [rad], `JOINT.translation` [m], `ELEMENT.length` [m]; `NAME.torque` [N m]
         or `NAME.force` [N] of drivers; `JOINT.lock_torque` or `JOINT.lock_force`; of contacts those
-        of `read_contacts`.
+        of `ContactGroup.columns`.
 
         Args:
             problem: The problem, a step of which is accepted.
         """
-        values, _ = columns.read_coordinates(problem, self.coordinate_groups)
+        values, _ = self.read(problem)
         found = {
-            f"{name}.{columns.COLUMN[kind]}": self.table[name, kind].start + value
+            f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
         return found | self.efforts(problem)
+
+    def read(self, problem: Any) -> tuple[dict[Key, float], dict[Key, float]]:
+        """Changes of all coordinates and their rates; collective."""
+        values: dict[Key, float] = {}
+        rates: dict[Key, float] = {}
+        for group in self.coordinate_groups:
+            q = problem.state(group.name).x.array
+            v = problem.levels[group.name].rates.get("v")
+            values |= group.by_name(q)
+            rates |= group.by_name(0 * q if v is None else v.x.array)
+        return values, rates
 
     def elements(self, problem: Any, t: float) -> dict[str, float]:
         """Columns of force elements at a state; collective.
@@ -178,7 +197,7 @@ class Mechanism:
         """
         if not self.element_groups:
             return {}
-        values, rates = columns.read_coordinates(problem, self.coordinate_groups)
+        values, rates = self.read(problem)
         found: dict[str, float] = {}
         for group in self.element_groups:
             keys = [(item.coordinate.name, item.coordinate.kind) for item in group.items]
@@ -186,7 +205,7 @@ class Mechanism:
             forces = group.forces(x, v, t)
             if (branches := problem.branches.get(group.name)) is not None:
                 forces = forces + gathered(group.nodes, branches.forces())
-            found |= columns.element_columns(group, forces)
+            found |= group.columns(forces)
         return found
 
     def efforts(self, problem: Any) -> dict[str, float]:
@@ -195,10 +214,16 @@ class Mechanism:
         Args:
             problem: What the forces are found in: of a step, or of its end.
         """
-        found = {name: columns.drive(problem, c) for name, c in self.drivers.items()}
+        found = {name: c.drive(problem) for name, c in self.drivers.items()}
         for group in (*self.lock_groups, *self.couplings):
-            found |= columns.tie_forces(problem, group)
-        return found | columns.read_contacts(problem, self.groups)
+            found |= group.columns(problem.state(group.name))
+        return found | self.tracks(problem)
+
+    def tracks(self, problem: Any) -> dict[str, float]:
+        """Columns of contacts; collective."""
+        levels = problem.levels
+        each = (group.columns(levels[group.name]) for group in self.contacts)
+        return {name: value for found in each for name, value in found.items()}
 
     def _coordinates(self, find: Finder) -> list[BoundCoordinate]:
         """The coordinates that something acts on, or that sensors read; others do not exist.

@@ -1,5 +1,6 @@
 """Contacts of a scene, wheels, spheres and blades on planes, as groups of constraints."""
 
+import itertools
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
@@ -10,16 +11,19 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.errors import SceneError
 from shellmb.forms.constraints import held
 from shellmb.forms.constraints.held import Held, Law, both
 from shellmb.forms.constraints.nonholonomic import Own
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, change_of, frame_about
-from shellmb.model.massless import Scale
+from shellmb.model.massless import Scale, gathered
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
 
 FindEnd = Callable[[str, Any, str], End]
 
+# slip at the start of what was to roll, as a part of the speeds that it is the difference of
+SLIPPING = 1e-6
 # component of the normal along the scene's x above which that is no axis of a plane
 STEEP = 0.9
 _ADVICE = "a smaller step, or check whether the wheel lies down"
@@ -146,6 +150,46 @@ class ContactGroup(JointGroup):
         the plane, m, and the normal force of the last step on the second body, N, shape (n, 5).
         """
         return self.reader(self._sliding)
+
+    def columns(self, levels: Any) -> dict[str, float]:
+        """Columns of contacts by the functions of a state; collective.
+
+        `JOINT.track1`, `JOINT.track2`: the point of contact in the plane, along its axes, from the
+        joint's point of the first body [m]; `JOINT.slip`: speed of slip now [m/s], which vanishes
+        to the order of the scheme: what vanishes exactly are its moments over a step.
+        """
+        found: dict[str, float] = {}
+        local = self.sliding(levels.q.x.array, levels.rates["v"].x.array)
+        for name, line in zip(self.labels, gathered(self.nodes, local).tolist(), strict=True):
+            slip, _, *track, _ = line
+            for column, value in zip(("track1", "track2", "slip"), (*track, slip), strict=True):
+                found[f"{name}.{column}"] = value
+        return found
+
+    def refuse_slip(self, q: Floats, v: Floats) -> None:
+        """See that nothing slips in the velocities given; collective.
+
+        Args:
+            q: State, as a local array.
+            v: Velocity.
+
+        Raises:
+            SceneError: If a contact slips; names it.
+        """
+        found = self.sliding(q, v)[:, :2]
+        wrong = [
+            (int(item), float(slip))
+            for item, (slip, speed) in zip(self.nodes.item, found, strict=True)
+            if slip > SLIPPING * speed
+        ]
+        every = sorted(set(itertools.chain(*self.nodes.mesh.comm.allgather(wrong))))
+        if every:
+            item, slip = every[0]
+            raise SceneError(
+                f"{self.joints[item].joint.said}: it slips with {slip:.3g} m/s at the start; give "
+                "initial velocities without slip (a wheel's spin is its speed over its radius), or "
+                "assemble=True to begin with the nearest ones"
+            )
 
     def _sliding(self, q: Expr, v: Expr) -> Expr:
         (a, _), own = self.places(q), self._coordinates(q)

@@ -16,6 +16,7 @@ from shellmb.model.joints.coordinates import (
     CoordinateGroup,
     as_row,
     scalar_targets,
+    summed,
 )
 from shellmb.model.massless import Scale
 from shellmb.restart import Restartable
@@ -86,6 +87,18 @@ class TiedCoordinates(ConstraintGroup):
                 if coordinate.group is group:
                     found[coordinate.item] = force / float(group.force.value)
         return found
+
+    def columns(self, held: fem.Function) -> dict[str, float]:
+        """Torques and forces on the coordinates, by their columns; collective.
+
+        Means over the step just solved, as those of drivers. While locks are open they are 0.
+
+        Args:
+            held: As of `shares`.
+        """
+        each = zip(self.labels, self.members, strict=True)
+        names = [self.column(label, c) for label, members in each for c in members]
+        return summed(names, self.forces(held).ravel())
 
     def forces(self, held: fem.Function) -> Floats:
         """Forces [N] or torques [N m] on the coordinates of each, shape (items, n); collective.

@@ -15,6 +15,7 @@ import ufl
 from dolfinx import fem, mesh
 from ufl import Form
 from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
@@ -146,13 +147,11 @@ class Course(NamedTuple):
     Args:
         rows: Makes the rows with a mixture of the change of the strain and its bow, and strains
             that are added.
-        renew: Gives rows the numbers of others.
         alpha: Dissipation.
         bows: Whether its steps have a bow.
     """
 
     rows: Callable[[Floats, Sequence[Expr]], Straining]
-    renew: Callable[[Rows, Rows], None]
     alpha: float
     bows: bool
 
@@ -357,7 +356,7 @@ class _Group:
         self._found = None
         for along, course in self._rows if dt != self._dt else ():
             mixture, self._shares = self._mixture(dt, course)
-            course.renew(along.rows, course.rows(mixture, self.given).rows)
+            _renew(along.rows, course.rows(mixture, self.given).rows)
         self._dt = dt
         for function, shares in zip(self.given, self._shares, strict=True):
             self._mix(function, shares)
@@ -452,3 +451,18 @@ def branches_of(body: Any) -> MaxwellBranches | None:
 
 def _tensor(domain: mesh.Mesh) -> bool:
     return str(domain.topology.cell_name()) != "triangle"
+
+
+def _renew(rows: Rows, other: Rows) -> None:
+    """Take the numbers of other rows, of the same kind."""
+    for mine, its in zip(_constants(rows), _constants(other), strict=True):
+        mine.value[...] = its.value
+
+
+def _constants(item: Any) -> Iterator[Any]:
+    """Constants of rows, in the order in which these were made."""
+    if isinstance(item, Expr):
+        yield from (c for c in traverse_unique_terminals(item) if isinstance(c, fem.Constant))
+    elif isinstance(item, tuple):
+        for part in item:
+            yield from _constants(part)

@@ -19,7 +19,6 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Bools
-from shellmb.model.joints.columns import read_contacts
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
 from shellmb.observers.columns import KeptColumns
@@ -120,7 +119,7 @@ class ImpulseColumns:
         """Impulses at the present state, N s and N m s; collective."""
         mechanism = simulation.model.mechanism
         efforts = mechanism.efforts(self._impulses)
-        for track in read_contacts(self._impulses, mechanism.groups):
+        for track in mechanism.tracks(self._impulses):
             del efforts[track]
         return self._joints(partial(span_of_state, simulation)) | efforts
 

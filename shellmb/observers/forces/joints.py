@@ -10,7 +10,6 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.joints.columns import element_columns
 from shellmb.model.joints.coordinates import CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
@@ -103,7 +102,7 @@ class JointForces(DeferredObserver):
             acted = group.acted(works.find())
             if (branches := self._branches.get(group.name)) is not None:
                 acted = acted + gathered(group.nodes, branches.forces(mean=True))
-            read |= element_columns(group, acted)
+            read |= group.columns(acted)
         self._read[row] = read
         self._forces.take(row, self._act)
 

@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.model.joints.columns import COLUMN
-from shellmb.model.joints.coordinates import CoordinateGroup
+from shellmb.model.joints.coordinates import COLUMN, CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.observers.deferred_observer import DeferredNumbers, SharedTable
 from shellmb.restart import Restartable

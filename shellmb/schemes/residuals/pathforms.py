@@ -19,13 +19,13 @@ from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
 from shellmb.schemes.residuals.residual import Instants, Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import (
     NAMES,
+    Mixed,
     PathStates,
-    bare_moment,
-    both_rows,
     constants,
-    path_pairs,
+    moment,
+    over_path,
+    path_stresses,
 )
-from shellmb.schemes.residuals.strainrates import Mixed, over_path, renew
 
 
 class PathForms:
@@ -53,11 +53,10 @@ class PathForms:
         constant = fem.Constant(self._mesh, float(alpha))
         self.path: Path = page.path_of(levels.q, unknown[0], velocity, unknown[1], constant)
         self.states = PathStates((levels.q, velocity, *unknown), page.states(alpha))
-        pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
-        stresses = both_rows(self._mesh, pairs, unknown, page.strains(1.0))
+        stresses = path_stresses(self._mesh, page, alpha, unknown)
         rows = Rows(self.states.functions, stresses, (0, 1))
         changes = 2.0 * page.strains(0.0)[1], page.bow
-        chord, bow = (bare_moment(self._mesh, weights, unknown[0]) for weights in changes)
+        chord, bow = (moment(self._mesh, weights, unknown[0]) for weights in changes)
         self.step = Step(self.path, rows, chord, bow, alpha > 0)
 
     @cached_property
@@ -71,7 +70,7 @@ class PathForms:
         )
         common = self._scheme.page, self._mesh, alpha, self.states.functions, sources, self.dt
         if self.branches is not None:
-            course = Course(lambda *m: over_path(*common, Mixed(*m)), renew, alpha, True)
+            course = Course(lambda *m: over_path(*common, Mixed(*m)), alpha, True)
             terms.append(self.branches.term(course, *body.mixed.arguments))
         if body.damping is not None:
             along = over_path(*common)

@@ -33,8 +33,7 @@ from shellmb.schemes.residuals.forces import (
     sub_forces,
     velocity_constraint,
 )
-from shellmb.schemes.residuals.rows import PathStates, Span
-from shellmb.schemes.residuals.strainrates import Mixed, over_interval, renew
+from shellmb.schemes.residuals.rows import Mixed, PathStates, Span, over_interval
 
 # instants of a step and their weights
 Instants = tuple[tuple[float, float], ...]
@@ -282,7 +281,7 @@ def stage_forms(
             over = partial(over_interval, space.mesh, sub.between, place, dt, linear)
             if branches is not None:
                 alpha, several = scheme.dissipation()[0], len(unknowns) > 1
-                course = Course(lambda *m, over=over: over(Mixed(*m)), renew, alpha, several)
+                course = Course(lambda *m, over=over: over(Mixed(*m)), alpha, several)
                 terms = [*terms, branches.term(course, [dq], trial)]
             if body.damping is not None:
                 along = over()

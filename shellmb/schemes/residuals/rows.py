@@ -5,10 +5,14 @@ chord, bow and mean velocity of a path. All states of a step that is quadratic i
 combinations of four: `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval has neither bow
 nor mean velocity, a single state of statics no chord either, and in linear statics measures are
 replaced by their linear part.
+
+Rates of strains over a step are those of eq. (D1) in `forms.steps.damping`; stresses of other
+combinations of the same two are those of (V3) in `forms.steps.relaxation`.
 """
 
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Iterable, Sequence
+from functools import cached_property, reduce
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,63 +21,31 @@ from ufl.algorithms.renumbering import renumber_indices
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Moment, Rows, Slope, Stress
-from shellmb.schemes.interval import AT_STATE, acting
-from shellmb.schemes.notation import Acting, D, MomentWeights, PathPage, SlopeWeights, lin, x
+from shellmb.forms.steps.path import Moment, Numbers, Rows, Slope, Stress
+from shellmb.schemes.interval import AT_STATE, A, B, acting
+from shellmb.schemes.notation import (
+    Acting,
+    D,
+    De,
+    MomentWeights,
+    PathPage,
+    SlopeWeights,
+    e,
+    lin,
+    x,
+    z,
+)
 
-
-class PairWeights(NamedTuple):
-    """Numbers of a stress in one row.
-
-    Args:
-        moment: The moment.
-        slope: What its stress acts on.
-        own: Whether the row demands the compatibility of the moment.
-        ahead: As of `forms.steps.path.Stress`.
-    """
-
-    moment: MomentWeights
-    slope: SlopeWeights
-    own: bool
-    ahead: float = 0.0
-
-
-# what stresses act on where strains are linear
-AT_REFERENCE = SlopeWeights(1.0, np.zeros(4))
 # shares of the ends `a` and `b` of a sub-interval in the states x, D, z, y, and of a single state
 FIRST, LAST, SINGLE = x / 2 - D, x / 2 + D, x
 
 
-def path_pairs(page: PathPage, alpha: float, row: int) -> list[PairWeights]:
-    """Both stresses of a step that is quadratic in time, in the rows P0 and P1."""
-    both = zip(page.strains(alpha), page.slopes(row), strict=True)
-    return [PairWeights(*pair, k == row) for k, pair in enumerate(both)]
-
-
 def linearised(row: Acting) -> Acting:
     """The stress of the linear part of a strain, and what it acts on at the reference."""
-    return Acting(lin(row.strain.linear), AT_REFERENCE)
-
-
-def single_pair(linear: bool) -> PairWeights:
-    """The stress of a single state."""
-    return PairWeights(*(linearised(AT_STATE) if linear else AT_STATE), True)
-
-
-def interval_pair(beta: float, linear: bool) -> PairWeights:
-    """The average stress of a sub-interval, eq. (32), and what it acts on.
-
-    Strains and resultants are compatible at its end.
-
-    Args:
-        beta: Share of the jump.
-        linear: Whether strains are linear.
-    """
-    moment, slope = linearised(acting(beta)) if linear else acting(beta)
-    # by the chord: the end is the mean and half of it
-    return PairWeights(moment, slope, True, 0.5 - float(moment.linear @ D))
+    return Acting(lin(row.strain.linear), SlopeWeights(1.0, np.zeros(4)))
 
 
 NAMES = ("mean", "chord", "bow", "mean_velocity")
@@ -101,61 +73,50 @@ def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
     return tuple(constant[k] for k in range(len(array)))
 
 
-def slope_of(mesh: Any, weights: SlopeWeights) -> Slope:
-    """A slope with its numbers as Constants."""
-    (c,) = constants(mesh, weights.c)
-    return Slope(c, constants(mesh, weights.weights))
-
-
-def moment_of(mesh: Any, weights: MomentWeights, holder: Expr) -> Moment:
-    """A moment with its numbers as Constants; `holder` is the state that holds its resultants."""
-    linear, products = (constants(mesh, w) for w in (weights.linear, weights.products))
-    return Moment(linear, products, holder)
-
-
-def bare_slope(mesh: Any, weights: SlopeWeights) -> Slope:
-    """A slope without what is zero."""
-    c, *found = _bare(mesh, [weights.c, *weights.weights])
-    return Slope(c, tuple(found))
-
-
-def bare_moment(
+def moment(
     mesh: Any, weights: MomentWeights, holder: Expr, like: MomentWeights | None = None
 ) -> Moment:
-    """A moment without what is zero, there or in another one that is `like` it."""
-    like = like or weights
-    linear = _bare(mesh, weights.linear, like.linear)
-    return Moment(linear, _bare(mesh, weights.products, like.products), holder)
-
-
-def _bare(mesh: Any, values: object, like: object | None = None) -> tuple[Expr | None, ...]:
-    there = np.asarray(values if like is None else like) != 0
-    return tuple(c if t else None for c, t in zip(constants(mesh, values), there, strict=True))
-
-
-def both_rows(
-    mesh: Any,
-    rows: Sequence[Sequence[PairWeights]],
-    holders: Sequence[Expr],
-    like: Sequence[MomentWeights | None] = (None, None),
-) -> tuple[Stress, ...]:
-    """Stresses in the rows P0 and P1.
-
-    Residuals, whose kernels are those of all schemes that are quadratic in time, leave out what is
-    zero in all of these: they take less time.
+    """A moment with its numbers as Constants, without what is zero.
 
     Args:
         mesh: Mesh of the body.
-        rows: Stresses of each row, the same ones in both.
-        holders: States that hold the resultants of the stresses.
-        like: Moments that are not zero where those of some scheme are not; None: these themselves.
+        weights: The numbers.
+        holder: State that holds the resultants.
+        like: What is not zero where the moment of some scheme is not: another dissipation is no
+            other form; None: the moment itself.
     """
-    stresses = []
-    for holder, model, pairs in zip(holders, like, zip(*rows, strict=True), strict=False):
-        moment = bare_moment(mesh, pairs[0].moment, holder, model)
-        own = next((k for k, pair in enumerate(pairs) if pair.own), None)
-        stresses.append(Stress(moment, tuple(bare_slope(mesh, p.slope) for p in pairs), own))
-    return tuple(stresses)
+    like = like or weights
+    linear = _without_zeros(mesh, weights.linear, like.linear)
+    return Moment(linear, _without_zeros(mesh, weights.products, like.products), holder)
+
+
+def slope(mesh: Any, weights: Numbers) -> Slope:
+    """A slope with its numbers as Constants, without what is zero."""
+    numbers = np.append(weights.c, weights.weights)
+    c, *found = _without_zeros(mesh, numbers, numbers)
+    return Slope(c, tuple(found))
+
+
+def _without_zeros(mesh: Any, values: Floats, like: Floats) -> tuple[Expr | None, ...]:
+    return tuple(c if t else None for c, t in zip(constants(mesh, values), like != 0, strict=True))
+
+
+def path_stresses(
+    mesh: Any, page: PathPage, alpha: float, holders: Sequence[Expr]
+) -> tuple[Stress, ...]:
+    """Stresses of a step that is quadratic in time, in its rows.
+
+    Args:
+        mesh: Mesh of the body.
+        page: The page of the scheme.
+        alpha: Dissipation.
+        holders: States that hold the resultants of the stresses.
+    """
+    each = zip(page.strains(alpha), holders, page.strains(1.0), page.slopes, strict=True)
+    return tuple(
+        Stress(moment(mesh, strain, holder, like), tuple(slope(mesh, on) for on in rows), own)
+        for own, (strain, holder, like, rows) in enumerate(each)
+    )
 
 
 class Span:
@@ -191,20 +152,22 @@ class Span:
         unknown, number = self._unknown, self._number
         a, b, mid, at, held, beta, _ = self._of
         holder = unknown[number]
+        mesh = holder.function_space.mesh
         if a is b is mid is at is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
             states: tuple[Expr, ...] = self.states.functions
-            weights = single_pair(self.linear)
+            row, like, ahead = AT_STATE, None, None
         elif self.between is not None:
-            states = self.between
             # a Constant is a number here: it is given once
-            weights = interval_pair(float(beta), self.linear)
+            states, row, like = self.between, acting(float(beta)), acting(1.0).strain
+            # strains and resultants are compatible at the end: it is the mean and half of the chord
+            (ahead,) = constants(mesh, 0.5 - float(row.strain.linear @ D))
         else:
             return None
-        mesh = holder.function_space.mesh
-        moment, slope = moment_of(mesh, weights.moment, holder), slope_of(mesh, weights.slope)
-        stress = Stress(moment, (slope,), 0, *constants(mesh, weights.ahead))
-        return Rows(states, (stress,), (number,), 2)
+        if self.linear:
+            row, like = linearised(row), None if like is None else lin(like.linear)
+        strain, on = moment(mesh, row.strain, holder, like), slope(mesh, row.on)
+        return Rows(states, (Stress(strain, (on,), 0, ahead),), (number,), 2)
 
     @cached_property
     def between(self) -> tuple[fem.Function, ...] | None:
@@ -228,3 +191,132 @@ class Span:
             sources, weights[2] = [*sources, other], z
         self.states = PathStates(sources, weights)
         return self.states.functions
+
+
+# changes of a strain over a sub-interval, and over the one before and behind it, whose chord is z
+CHANGE = e(B) - e(A)
+BEFORE = e(A) - e(A - z)
+BEHIND = e(B + z) - e(B)
+
+# state at the start, and the unknown ones of the rows P0 and P1
+type Sources = tuple[Expr, Expr, Expr]
+
+# shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, and
+# the change of the strain over the step with its bow
+ROWS: dict[tuple[int, int], tuple[float, ...]] = {(1, 0): (1,), (2, 0): (1, -1), (2, 1): (1, 0)}
+CHANGES: dict[tuple[int, int], list[MomentWeights]] = {
+    (1, 0): [CHANGE],
+    (2, 0): [CHANGE + BEHIND, -1 * CHANGE],
+    (2, 1): [CHANGE + BEFORE, -1 * BEFORE],
+}
+
+
+class Mixed(NamedTuple):
+    """Strains of the stresses S_0 and S_1.
+
+    Args:
+        weights: Weights of the change of the strain and of its bow, shape (2, 2).
+        given: Strains that are added; none: nothing is.
+    """
+
+    weights: Floats
+    given: Sequence[Expr] = ()
+
+
+# the rate times the step, eq. (D1)
+RATE = Mixed(np.diag([1.0, 3.0]))
+
+
+def over_interval(
+    mesh: Any,
+    states: tuple[Expr, ...],
+    place: tuple[int, int],
+    dt: Expr,
+    linear: bool,
+    mixed: Mixed = RATE,
+) -> Straining:
+    """The row of a sub-interval.
+
+    Args:
+        mesh: Mesh of the body.
+        states: Mean and chord of the sub-interval, and the chord of the other one.
+        place: Number of sub-intervals, and which of them it is.
+        dt: Length of the step.
+        linear: Whether strains are linear.
+        mixed: Strains of the stresses.
+    """
+    n, row = 1 + place[0], ROWS[place]
+    changes = [lin(m.linear) if linear else m for m in CHANGES[place]]
+    # resultants of states change as strains do
+    held = np.array([m.linear[1:n] for m in changes]), states[1:n]
+    on = SlopeWeights(1.0, np.zeros(4)) if linear else De(x)
+    weights = np.array([row]) @ mixed.weights[: len(row), : len(changes)]
+    given = [_sum(row, mixed.given)] if mixed.given else ()
+    stresses, works = _rates(mesh, changes, weights, [(on,)], held, given)
+    return Straining(Rows(states, stresses, place[1:], n), works, dt)
+
+
+def over_path(
+    page: PathPage,
+    mesh: Any,
+    alpha: float,
+    states: tuple[Expr, ...],
+    sources: Sources,
+    dt: Expr,
+    mixed: Mixed = RATE,
+) -> Straining:
+    """The rows of a step that is quadratic in time.
+
+    Args:
+        page: The page of the scheme.
+        mesh: Mesh of the body.
+        alpha: Dissipation.
+        states: Mean, chord, bow and mean velocity of the path.
+        sources: State at the start, and the unknown ones of both rows.
+        dt: Length of the step.
+        mixed: Strains of the stresses.
+    """
+    changes = 2.0 * page.strains(0.0)[1], page.bow
+    # resultants are S_0 and S_1 of (Q3): what of S_i and of them the bow and the change are
+    bow = np.array([1.0, -1, 1]) * 2 / (1 + alpha)
+    held = np.array([np.array([0.0, 0, 2]) - alpha * bow, bow])
+    both = _rates(mesh, changes, mixed.weights, page.slopes, (held, sources), mixed.given)
+    return Straining(Rows(states, both[0], (0, 1)), both[1], dt)
+
+
+def _rates(
+    mesh: Any,
+    changes: Sequence[MomentWeights],
+    weights: Floats,
+    slopes: Sequence[Sequence[Numbers]],
+    held: tuple[Floats, Sequence[Expr]],
+    given: Sequence[Expr],
+) -> tuple[tuple[Stress, ...], tuple[Moment, ...]]:
+    """Stresses of combinations of changes of a strain, and the changes themselves.
+
+    Args:
+        mesh: Mesh of the body.
+        changes: Change of the strain and its bow.
+        weights: Their weights in the strain of each stress, shape (stresses, changes).
+        slopes: What each stress acts on, row by row.
+        held: Weights of states, shape (changes, states), whose resultants belong to the changes;
+            and the states.
+        given: Strains that are added, one for each stress; none: nothing is.
+    """
+
+    def moved(shares: Floats, like: MomentWeights | None = None) -> Moment:
+        holder = _sum(constants(mesh, shares @ held[0]), held[1])
+        return moment(mesh, _sum(shares.tolist(), changes), holder, like)
+
+    stresses = []
+    for k, (shares, on) in enumerate(zip(weights, slopes, strict=True)):
+        strain = moved(shares, _sum(np.abs(shares).tolist(), map(abs, changes)))
+        if given:
+            strain = strain._replace(given=given[k])
+        stresses.append(Stress(strain, tuple(slope(mesh, one) for one in on), None))
+    return tuple(stresses), tuple(moved(unit) for unit in np.eye(len(changes)))
+
+
+def _sum(weights: Iterable[Any], items: Iterable[Any]) -> Any:
+    """Sum of items with weights, whichever these are."""
+    return reduce(add, [w * item for w, item in zip(weights, items, strict=False)])

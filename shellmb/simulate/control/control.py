@@ -13,7 +13,6 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.model.joints.columns import read_coordinates
 from shellmb.model.signals import Signals, Way
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
@@ -75,8 +74,7 @@ class Readings:
             # what is known of steps only
             found = {c: 0.0 if math.isnan(v) else v for c, v in found.items()}
         if self._rates:
-            groups = simulation.model.mechanism.coordinate_groups
-            rates = read_coordinates(simulation.problem, groups)[1]
+            _, rates = simulation.model.mechanism.read(simulation.problem)
             found |= {label: rates[key] for label, key in self._rates.items()}
         for sensor in self._sensors:
             if sensor.derivative and sensor.name not in self._rates:

@@ -10,8 +10,6 @@ from ufl import Form
 
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
-from shellmb.model.joints.columns import refuse_slip
-from shellmb.model.joints.rolling import ContactGroup
 from shellmb.preprocessing.bodyfields import NONE, dofs_of, kinematic_dofs
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.scene import FromMode, Scene
@@ -178,10 +176,11 @@ class Start:
         before = self._energy(_kinetic) if given else 0.0
         self._given_velocities()
         if self.scene.initial and not self.scene.assemble:
-            q = {name: levels.q for name, levels in self.problem.levels.items()}
-            groups = [g for g in self.model.mechanism.groups if isinstance(g, ContactGroup)]
-            if groups:
-                refuse_slip(groups, q, self.problem.projection.given())
+            contacts = self.model.mechanism.contacts
+            rates = self.problem.projection.given() if contacts else {}
+            for group in contacts:
+                q = self.problem.levels[group.name].q
+                group.refuse_slip(q.x.array, rates[group.name].x.array)
         if self._tied or self._following:
             try:
                 self.problem.projection.project()
