@@ -265,9 +265,11 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         if (lane == 0 || cell == first)
             matrices(g, kernels, count, start, taken(g, start), work, all, n);
         double *K = all + lane * square;
-        double *mine = kept + cell % LANES * kept_size;
+        /* without element-wise unknowns, cells stand one after the other */
+        int alone = p->kept && P == size;
+        double *mine = alone ? p->kept + cell * kept_size : kept + cell % LANES * kept_size;
         /* cells that are missing in the last group have zeros, as has what others have more */
-        if (cell == g->cells - 1)
+        if (!alone && cell == g->cells - 1)
             memset(mine + kept_size, 0, sizeof(double) * (LANES - 1 - cell % LANES) * kept_size);
         if (inner && (cell % LANES == 0 || cell == first)) {
             Widths w = widths_of(inner, cell / LANES);
@@ -309,7 +311,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         /* rows of the multipliers at the nodes */
         combine_rows(&p->multiplier, cell, P, K, n, mine + g->multiplier_place, scratch);
         if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {
-            put_together(kept_size, kept, p->kept + cell / LANES * kept_size * LANES);
+            if (!alone)
+                put_together(kept_size, kept, p->kept + cell / LANES * kept_size * LANES);
             if (inner)
                 put_together(inner_size, kept_inner, inner->kept + inner->place[cell / LANES] * LANES);
         }

@@ -76,7 +76,8 @@ typedef struct {
     const int *runs, *run_offsets;           /* (runs, 3), (2 cells + 1,) */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
     const Inner *inner;                      /* NULL: nothing */
-    double *kept;                            /* of all cells, LANES side by side */
+    double *kept;                            /* of all cells, LANES side by side if they have
+                                              * element-wise unknowns */
 } Projection;
 
 /* A Jacobian over the cells of one mesh: constants that its kernels take first, as of `copy_pieces`,

@@ -77,14 +77,52 @@ void reduce(const Part *part, int transposed, const double *b, double *change)
     free(r);
 }
 
+/* Rows of A times x. */
+static ALWAYS void rows_of_one(int some, int n, const double *A, const double *x, double *out)
+{
+    double sums[MANY];
+    SOME(k) sums[k] = 0.0;
+    for (int j = 0; j < n; ++j)
+        SOME(k) sums[k] += A[(size_t)k * n + j] * x[j];
+    SOME(k) out[k] = sums[k];
+}
+
+/* The rows of the multipliers times `x` added to `rows`, of cells without element-wise unknowns, as
+ * those of joints, of which a mechanism may have one of a kind: they stand one after the other. */
+static void expand_alone(const Part *part, const double *x, double *rows)
+{
+    const Cells *g = part->cells;
+    int P = g->shared, count = part->projection->multiplier.rows;
+    double *v = (double *)many_lanes((P + count) / LANES + 1), *out = v + P;
+    const double *A = part->projection->kept;
+    for (int cell = 0; cell < g->cells; ++cell, A += (size_t)count * P) {
+        const int *to = part->multiplier_rows + cell / LANES * LANES * count + cell % LANES;
+        for (int j = 0; j < P; ++j)
+            v[j] = x[g->dofs[(size_t)cell * P + j]];
+        for (int i = 0; i < count; i += MANY) {
+#define ALONE(some) rows_of_one(some, P, A + (size_t)i * P, v, out + i)
+            switch (count - i < MANY ? count - i : MANY) {
+                CASES(ALONE)
+            }
+        }
+        for (int i = 0; i < count; ++i)
+            if (to[i * LANES] >= 0)
+                rows[to[i * LANES]] += out[i];
+    }
+    free(v);
+}
+
 /* The rest of a solution: element-wise unknowns into the local vector `x`, which holds the others,
  * and the rows of the multipliers times `x` added to `rows`, none of a transposed system. */
 void expand(const Part *part, int transposed, double *x, double *rows)
 {
     const Cells *g = part->cells;
     int n = g->size, P = g->shared, count = transposed ? 0 : part->projection->multiplier.rows;
-    if (n == P && !count)
+    if (n == P) {
+        if (count)
+            expand_alone(part, x, rows);
         return;
+    }
     const Runs *runs = transposed ? &g->left : &g->right;
     lanes *v = many_lanes(2 * n + count), *out = v + n;
     const lanes *t = (const lanes *)part->eliminated;
