@@ -6,9 +6,9 @@ Nothing here is of the room around it: no C of ours, no language of FFCx's, no v
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
@@ -76,64 +76,58 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
         return fem.Expression(value, points, jit_options=options)
 
 
-def _parts(ends: Ints, entries: Ints) -> list[Ints]:
-    return [entries[a:b] for a, b in itertools.pairwise(ends)]
+class ComparedParts(NamedTuple):
+    """Parts of unknowns, and what changes of these are compared with.
 
+    That is their size, or their scale times `least`, or times the largest size by `moves` if that
+    is more.
 
-def _largest(parts: Sequence[Ints], values: Floats, out: Floats) -> None:
-    """Largest absolute value of each part, infinite if one is no number."""
-    for k, part in enumerate(parts):
-        size = np.abs(values[..., part]).max(axis=-1, initial=0.0)
-        out[..., k] = np.where(np.isnan(size), np.inf, size)
+    Args:
+        ends: Where each part begins and the last one ends among `entries`.
+        entries: Unknowns of all parts.
+        scales: Scale of each part.
+        bounds: Change of each part that is too large.
+        weights: What relative changes of each part count.
+        moves: Weights of sizes.
+        least: Share of the scales that changes are compared with at least.
+    """
 
-
-class ReferenceShares:
-    """Shares by NumPy; arguments as of `operations.shares`."""
-
-    struct = None
-
-    def __init__(
-        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
-    ) -> None:
-        self._parts = _parts(ends, entries)
-        self._weights, self._little = weights, little
-        self.table = np.zeros((2, len(weights[0])))
-
-    def fill(self, change: Floats, whole: Floats) -> None:
-        """Fill the table."""
-        _largest(self._parts, np.stack([change, whole]), self.table)
-
-    def largest(self) -> float:
-        """Largest share of what the table holds."""
-        if not self.table.sum() < np.inf:
-            return np.inf
-        (changes, sizes), (units, shares, moves) = self.table, self._weights
-        least = np.max(moves * sizes, initial=self._little)
-        return float(np.max(shares * changes / np.maximum(units * sizes, least), initial=0.0))
+    ends: Ints
+    entries: Ints
+    scales: Floats
+    bounds: Floats
+    weights: Floats
+    moves: Floats
+    least: float
 
 
 class ReferencePartSizes:
-    """Sizes by NumPy; arguments as of `operations.part_sizes`."""
+    """Sizes by NumPy; arguments as of `operations.LoopPartSizes`."""
 
-    def __init__(
-        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
-    ) -> None:
-        self._parts = _parts(ends, entries)
-        self._scales, self._bounds, self._weights = scales, bounds, weights
-        self.table, self.found = np.zeros((2, len(scales))), np.zeros(4)
+    struct = None
+
+    def __init__(self, parts: ComparedParts) -> None:
+        ends, entries, self._scales, self._bounds, self._weights, self._moves, self._least = parts
+        self._parts = [entries[a:b] for a, b in itertools.pairwise(ends)]
+        self.table, self.found = np.zeros((2, len(parts.scales))), np.zeros(4)
 
     def largest(self, values: Floats, out: Floats) -> None:
-        """Largest absolute value of each part."""
-        _largest(self._parts, values, out)
+        """Largest absolute value of each part, infinite if one is no number."""
+        for k, part in enumerate(self._parts):
+            size = np.abs(values[..., part]).max(axis=-1, initial=0.0)
+            out[..., k] = np.where(np.isnan(size), np.inf, size)
 
     def fill(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill the table."""
         self.largest(np.stack([dx.array_r, x.array_r]), self.table)
 
     def _relative(self, sizes: Floats, changes: Floats) -> Floats:
-        finite = np.where(np.isfinite(changes), changes, 0.0)
-        ratio = finite / np.maximum(sizes, self._scales)
-        return np.where(np.isfinite(changes), ratio, np.inf)
+        finite, found = np.isfinite(changes + sizes), np.full(len(changes), np.inf)
+        moves = self._moves > 0
+        largest = np.max(self._moves[moves] * sizes[moves], initial=self._least)
+        scales = self._scales * largest
+        found[finite] = changes[finite] / np.maximum(sizes, scales)[finite]
+        return found
 
     def relate(self) -> None:
         """Fill `found` from the table."""
@@ -141,7 +135,8 @@ class ReferencePartSizes:
         sizes[:] = self._relative(sizes, changes)
         bounded = np.isfinite(self._bounds)
         moved = (changes[bounded] / self._scales[bounded]).max(initial=0.0)
-        most, weighted = (rows.max(initial=0.0) for rows in (sizes, self._weights * sizes))
+        shares = np.multiply(self._weights, sizes, where=sizes < np.inf, out=sizes.copy())
+        most, weighted = (rows.max(initial=0.0) for rows in (sizes, shares))
         self.found[:] = most, moved, np.any(~(changes < self._bounds)), weighted
 
     def relative(self, sizes: Floats, changes: Floats) -> Floats:

@@ -9,7 +9,8 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.native.operations import shares
+from shellmb.native.operations import part_sizes
+from shellmb.native.reference import ComparedParts
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.newton.convergence import joined, owned_parts
 
@@ -31,7 +32,7 @@ class Sizes:
         untested: Titles of parts that are not compared.
 
     Attributes:
-        shares: How changes and sizes of parts are compared.
+        parts: How changes and sizes of parts are compared.
     """
 
     def __init__(self, system: BlockSystem, untested: Container[str] = ()) -> None:
@@ -43,8 +44,9 @@ class Sizes:
         moves = np.isfinite([p.bound for p, _ in found])
         counts = np.where(moves, 1.0, FORCES)
         counts[[p.name in untested for p, _ in found]] = 0.0
-        weights = 1.0 / scales, counts / scales, LEAST * moves / scales
-        self.shares = shares(*joined([e for _, e in found]), weights, SMALL)
+        unbounded, moving = np.full(len(found), np.inf), LEAST * moves / scales
+        joint = joined([e for _, e in found])
+        self.parts = part_sizes(ComparedParts(*joint, scales, unbounded, counts, moving, SMALL))
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.
@@ -56,6 +58,7 @@ class Sizes:
         Returns:
             The change; infinite where one of both is no number.
         """
-        self.shares.fill(change, whole)
-        self._comm.Allreduce(MPI.IN_PLACE, self.shares.table, op=MPI.MAX)
-        return self.shares.largest()
+        self.parts.largest(np.stack([change, whole]), self.parts.table)
+        self._comm.Allreduce(MPI.IN_PLACE, self.parts.table, op=MPI.MAX)
+        self.parts.relate()
+        return float(self.parts.found[3])

@@ -16,7 +16,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
-from shellmb.native.operations import Shares
+from shellmb.native.operations import PartSizes
 from shellmb.system.assembly.blocks import BlockSystem
 
 # that C works with
@@ -56,10 +56,10 @@ class Sizes(Protocol):
     """Compares changes with what changes.
 
     Attributes:
-        shares: How changes and sizes of parts are compared.
+        parts: How changes and sizes of parts are compared.
     """
 
-    shares: Shares
+    parts: PartSizes
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks."""
@@ -193,15 +193,15 @@ class SerialTwoSided(TwoSided):
 
     def move(self, change: PETSc.Vec, taken: bool = True) -> float:
         """Take a change from `d`; its relative size."""
-        both, shares = self._where[0], self._sizes.shares.struct
+        both, parts = self._where[0], self._sizes.parts.struct
         numbers = native.entries(change)
-        return float(self._lib.move_both(both, shares, taken, self._distance, numbers))
+        return float(self._lib.move_both(both, parts, taken, self._distance, numbers))
 
     def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
         """Do both, with the solution between them."""
-        (both, u), shares = self._where, self._sizes.shares.struct
+        (both, u), parts = self._where, self._sizes.parts.struct
         scales = self._factor, self._distance
-        return float(self._lib.update_both(both, shares, kind, taken, u, *scales, *solution))
+        return float(self._lib.update_both(both, parts, kind, taken, u, *scales, *solution))
 
     def hold(self) -> None:
         """Give the fields of both sides their unknowns."""

@@ -21,7 +21,7 @@ from dolfinx.mesh import create_unit_interval
 
 from shellmb.native import kernels, library
 from shellmb.native.operations import LoopPartSizes, PartSizes
-from shellmb.native.reference import ReferencePartSizes, compiled_form
+from shellmb.native.reference import ComparedParts, ReferencePartSizes, compiled_form
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import EnclosedVolume, Gas, InitialVelocity, PathFollowing, Pressure, Scene
@@ -142,8 +142,9 @@ def test_directors_turn_alike(directors: int) -> None:
     np.testing.assert_allclose(x, expected, atol=1e-14)
 
 
+@pytest.mark.parametrize("moves", [0.0, 2.0])
 @pytest.mark.parametrize("spoilt", [0.0, np.nan, np.inf])
-def test_sizes_of_parts_are_alike(spoilt: float) -> None:
+def test_sizes_of_parts_are_alike(spoilt: float, moves: float) -> None:
     """Parts with and without a bound, an empty one, and one with what is no number."""
     ends, entries = np.array([0, 4, 4, 9]), np.array([3, 1, 7, 0, 2, 4, 5, 6, 8])
     scales, bounds = np.array([1.0, 0.5, 1e-3]), np.array([0.3, np.inf, np.inf])
@@ -161,7 +162,8 @@ def test_sizes_of_parts_are_alike(spoilt: float) -> None:
         sizes.relate()
         return [table, *apart, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
 
-    given = ends, entries, scales, bounds, np.array([1.0, 0.3, 0.01])
-    parts = [kind(*given) for kind in (LoopPartSizes, ReferencePartSizes)]
+    weights = np.array([1.0, 0.3, 0.0])
+    given = ComparedParts(ends, entries, scales, bounds, weights, moves / scales, 0.5)
+    parts = [kind(given) for kind in (LoopPartSizes, ReferencePartSizes)]
     for one, other in zip(*map(all_of, parts), strict=True):
         np.testing.assert_array_equal(one, other)

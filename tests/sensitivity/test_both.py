@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.native.assembler import assembled_by
-from shellmb.native.operations import shares as make_shares
 from shellmb.sensitivity.parameters import STEP, beside, differentiated, parameters_of
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.sizes import Sizes
@@ -76,25 +74,3 @@ def test_calls_of_c_are_those_of_numpy(
     for a, b in zip(*found, strict=True):
         assert np.abs(a).max() > 0
         assert np.abs(a - b).max() <= CLOSE * np.abs(a).max()
-
-
-def test_shares_are_those_of_numpy() -> None:
-    random, found = np.random.default_rng(0), []
-    ends, entries = np.array([0, 3, 5, 9]), np.arange(9)
-    weights = tuple(random.uniform(0.0, 1.0, (3, 3)))
-    table = random.uniform(0.0, 1.0, (4, 2, 3))
-    vectors = random.standard_normal((2, 9))
-    vectors[1, 3] = np.nan
-    table[2] = 0.0
-    table[3, 1, 0] = np.inf
-    for assembler in ("native", "reference"):
-        with assembled_by(assembler):
-            shares = make_shares(ends, entries, weights, 1e-3)
-        values = []
-        for given in table:
-            shares.table[:] = given
-            values.append(shares.largest())
-        shares.fill(*vectors)
-        values += shares.table.ravel().tolist()
-        found.append(np.array(values))
-    assert np.allclose(*found, rtol=1e-14, atol=1e-14)

@@ -1,5 +1,7 @@
 """Element-wise unknowns of a cell: which are eliminated together."""
 
+from typing import Any
+
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
@@ -9,6 +11,7 @@ from shellmb.native.library import CArrays
 from shellmb.scene import (
     Beam,
     Clamped,
+    Hyperelastic,
     Isotropic,
     Line,
     Rectangle,
@@ -27,7 +30,8 @@ RUBBER = Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1e3)
 def part(scheme: str, **body: Shell | Beam) -> MeshReduction:
     """Reduction of the mesh with element-wise unknowns."""
     end = "left" if "shells" in body else "start"
-    scene = Scene("one", supports=Clamped(end), scheme=scheme, dt=0.1, t_end=1.0, **body)
+    times = {} if scheme == "static" else {"dt": 0.1, "t_end": 1.0}
+    scene = Scene("one", supports=Clamped(end), scheme=scheme, **times, **body)
     return next(p for p in Simulation(scene).problem.iteration.linear.parts if p.chunks.widths)
 
 
@@ -42,6 +46,19 @@ def test_forces_of_a_beam() -> None:
     beam = Beam("beam", Line((0, 0, 0), (1, 0, 0)), section, elements=2, up=(0, 0, 1))
     found = part("ep", beams=beam)
     assert sum(found.chunks.widths) == found.cells.size - found.cells.shared > 0
+
+
+@pytest.mark.parametrize(("kinds", "widths"), [(3, [10, 16, 26]), (2, [10, 10, 32])])
+def test_what_an_energy_leaves_out_is_eliminated_with_its_forces(
+    kinds: int, widths: list[int]
+) -> None:
+    """Without stiffness of one kind of strain the matrix of strains alone is singular."""
+
+    def energy(strains: Any, p: Any) -> Any:
+        return p["mu"] * sum(x * x for part in strains for x in list(part)[:kinds])
+
+    law = Hyperelastic(energy, {"mu": 1e4}, thickness=0.01, density=1e3, stiffness=1e4)
+    assert sorted(part("static", shells=plate(law)).chunks.widths) == widths
 
 
 def test_the_unit_decides_no_entry() -> None:

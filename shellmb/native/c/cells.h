@@ -208,14 +208,15 @@ typedef struct {
     double *x, *b;
 } OneSide;
 
-/* Parts of unknowns, for changes and sizes of each, (2, parts), and how they are compared. */
+/* Parts of unknowns, for changes and sizes of each, (2, parts), and how they are compared, as of
+ * `ComparedParts`. */
 typedef struct {
     int parts;
-    const int64_t *starts, *entries;
-    double *table;
-    const double *units, *shares, *moves;
-    double little;
-} Shares;
+    const int64_t *ends, *entries;
+    const double *scales, *bounds, *weights, *moves;
+    double *table, *found;
+    double least;
+} Parts;
 
 /* Scenes at both sides of a run, and half the difference of their unknowns. */
 typedef struct {

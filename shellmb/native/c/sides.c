@@ -1,34 +1,6 @@
 /* Updates of derivatives by two scenes beside a run, at unknowns `u + d` and `u - d`, in one
  * process. */
 
-/* Sizes of parts of a change and of what changes. */
-void fill_shares(const Shares *s, const double *change, const double *whole)
-{
-    largest(1, 0, s->parts, s->starts, s->entries, change, s->table);
-    largest(1, 0, s->parts, s->starts, s->entries, whole, s->table + s->parts);
-}
-
-/* Largest share of changes of parts in their sizes, each in its unit; infinite where one of both is
- * no number. What is smaller than `little`, or than a share of what moves, is compared with that. */
-double largest_share(const Shares *s)
-{
-    const double *changes = s->table, *sizes = s->table + s->parts;
-    double sum = 0.0, most = 0.0, least = s->little;
-    for (int k = 0; k < s->parts; ++k) {
-        double size = s->moves[k] * sizes[k];
-        sum += changes[k] + sizes[k];
-        least = size > least ? size : least;
-    }
-    if (!(sum < INFINITY))
-        return INFINITY;
-    for (int k = 0; k < s->parts; ++k) {
-        double size = s->units[k] * sizes[k];
-        double share = s->shares[k] * changes[k] / (size > least ? size : least);
-        most = share > most ? share : most;
-    }
-    return most;
-}
-
 /* Unknowns of a side: those of the run and so many times `d`. */
 static void put_side(const OneSide *side, const BothSides *both, const double *u, double sign)
 {
@@ -86,8 +58,8 @@ void rest_of(const BothSides *both, int kind, const double *u, double factor, do
     }
 }
 
-/* Take so many times a change from `d`, or none if it is not `taken`; its share in `d`. */
-double move_both(const BothSides *both, const Shares *s, int taken, double factor,
+/* Take so many times a change from `d`, or none if it is not `taken`; its size relative to `d`. */
+double move_both(const BothSides *both, const Parts *p, int taken, double factor,
                  const double *change)
 {
     for (int i = 0; i < both->size; ++i) {
@@ -95,19 +67,21 @@ double move_both(const BothSides *both, const Shares *s, int taken, double facto
         if (taken)
             both->d[i] -= both->change[i];
     }
-    fill_shares(s, both->change, both->d);
-    return largest_share(s);
+    largest(p, 1, 0, both->change, p->table);
+    largest(p, 1, 0, both->d, p->table + p->parts);
+    relate(p);
+    return p->found[3];
 }
 
 /* An update by one solution, as of `rest_of`, `solve` and `move_both`; negative if it failed. */
-double update_both(const BothSides *both, const Shares *s, int kind, int taken, const double *u,
+double update_both(const BothSides *both, const Parts *p, int kind, int taken, const double *u,
                    double factor, double distance, const Solution *solution, Reduced *reduced,
                    uintptr_t factors, const Band *band, const double *given)
 {
     rest_of(both, kind, u, factor, both->rest);
     if (solve_for(solution, reduced, factors, band, both->rest, NULL, given, both->solution))
         return -1.0;
-    return move_both(both, s, taken, distance, both->solution);
+    return move_both(both, p, taken, distance, both->solution);
 }
 
 /* Give the fields of both sides their unknowns. */

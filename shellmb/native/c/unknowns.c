@@ -132,14 +132,13 @@ void to_values(int local, int count, const int64_t *dofs, const int64_t *unknown
 
 /* Largest absolute values of parts of vectors, (count, size), infinite where one is not a number; for
  * each (parts,). */
-void largest(int count, int64_t size, int parts, const int64_t *starts, const int64_t *entries,
-             const double *values, double *out)
+void largest(const Parts *p, int count, int64_t size, const double *values, double *out)
 {
     for (int k = 0; k < count; ++k, values += size)
-        for (int part = 0; part < parts; ++part) {
+        for (int part = 0; part < p->parts; ++part) {
             double most = 0.0;
-            for (int64_t i = starts[part]; i < starts[part + 1]; ++i) {
-                double found = fabs(values[entries[i]]);
+            for (int64_t i = p->ends[part]; i < p->ends[part + 1]; ++i) {
+                double found = fabs(values[p->entries[i]]);
                 if (!(found <= most))
                     most = found == found ? found : INFINITY;
             }
@@ -165,55 +164,67 @@ void distribute(const Rows *rows, const double *b, double *y)
         y[e->column[k]] += rows->values[e->at[k]] * b[e->row[k]];
 }
 
-/* A change relative to a size or a scale, whichever is larger; infinite where the change is. */
+/* A change relative to a size or a scale, whichever is larger; infinite where change or size is. */
 static double relative_to(double change, double size, double scale)
 {
-    return change < INFINITY ? change / (scale > size ? scale : size) : INFINITY;
+    int finite = change < INFINITY && size < INFINITY;
+    return finite ? change / (scale > size ? scale : size) : INFINITY;
 }
 
-/* Of changes and sizes of parts, (2, parts): changes relative to the larger of sizes and scales, in
- * place of the sizes. `found` gets the largest of them; of what is bounded, the largest change over
- * its scale, and whether a change reaches its bound; and the largest of all by their weights. */
-void relate(int parts, const double *scales, const double *bounds, const double *weights,
-            double *table, double *found)
+/* What scales count as, times these: a share of them, or the largest of the sizes by their weights. */
+static double unit_of(const Parts *p, const double *sizes)
 {
-    double *relative = table + parts;
+    double unit = p->least;
+    for (int part = 0; part < p->parts; ++part) {
+        double size = p->moves[part] * sizes[part];
+        unit = size > unit ? size : unit;
+    }
+    return unit;
+}
+
+/* Of changes and sizes of parts: changes relative to the larger of sizes and scales, in place of the
+ * sizes. `found` gets the largest of them; of what is bounded, the largest change over its scale, and
+ * whether a change reaches its bound; and the largest of all by their weights. */
+void relate(const Parts *p)
+{
+    double *relative = p->table + p->parts, *found = p->found, unit = unit_of(p, relative);
     found[0] = found[1] = found[2] = found[3] = 0.0;
-    for (int part = 0; part < parts; ++part) {
-        double change = table[part];
-        relative[part] = relative_to(change, relative[part], scales[part]);
-        if (relative[part] > found[0])
-            found[0] = relative[part];
-        if (weights[part] * relative[part] > found[3])
-            found[3] = weights[part] * relative[part];
-        if (!(change < bounds[part]))
+    for (int part = 0; part < p->parts; ++part) {
+        double change = p->table[part], scale = p->scales[part];
+        double share = relative_to(change, relative[part], unit * scale);
+        double weighted = share < INFINITY ? p->weights[part] * share : share;
+        relative[part] = share;
+        if (share > found[0])
+            found[0] = share;
+        if (weighted > found[3])
+            found[3] = weighted;
+        if (!(change < p->bounds[part]))
             found[2] = 1.0;
-        if (bounds[part] < INFINITY && change / scales[part] > found[1])
-            found[1] = change / scales[part];
+        if (p->bounds[part] < INFINITY && change / scale > found[1])
+            found[1] = change / scale;
     }
 }
 
 /* Largest relative changes of bounded parts and of others, (count, 2), of several changes, (count,
  * parts); `sizes` (parts,). */
-void relate_each(int count, int parts, const double *scales, const double *bounds,
-                 const double *sizes, const double *changes, double *out)
+void relate_each(const Parts *p, int count, const double *sizes, const double *changes, double *out)
 {
-    for (int k = 0; k < count; ++k, changes += parts, out += 2) {
+    double unit = unit_of(p, sizes);
+    for (int k = 0; k < count; ++k, changes += p->parts, out += 2) {
         out[0] = out[1] = 0.0;
-        for (int part = 0; part < parts; ++part) {
-            double relative = relative_to(changes[part], sizes[part], scales[part]);
-            double *most = out + !(bounds[part] < INFINITY);
+        for (int part = 0; part < p->parts; ++part) {
+            double relative = relative_to(changes[part], sizes[part], unit * p->scales[part]);
+            double *most = out + !(p->bounds[part] < INFINITY);
             *most = relative > *most ? relative : *most;
         }
     }
 }
 
 /* Largest values of parts in changes and in what changes, vectors of PETSc: (2, parts). */
-void fill_sizes(int parts, const int64_t *starts, const int64_t *places, double *table, uintptr_t x,
-                uintptr_t dx)
+void fill_sizes(const Parts *p, uintptr_t x, uintptr_t dx)
 {
-    largest(1, 0, parts, starts, places, entries(dx, 0), table);
-    largest(1, 0, parts, starts, places, entries(x, 0), table + parts);
+    largest(p, 1, 0, entries(dx, 0), p->table);
+    largest(p, 1, 0, entries(x, 0), p->table + p->parts);
 }
 
 /* From the residual to the right-hand side of the reduced system, in one process. `load`: forces of

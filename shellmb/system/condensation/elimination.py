@@ -13,10 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.arrays import Bools, Ints
+from shellmb.arrays import Bools, Floats, Ints
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
+
+# condition beyond which a matrix whose diagonal is one has no inverse: of strains of a thin shell's
+# section it is below 1e3
+SINGULAR = 1e10
 
 
 @dataclass(frozen=True)
@@ -41,18 +45,21 @@ def find_blocks(cells: MeshCells, jacobian: list[PlacedForm]) -> EliminationBloc
         cells: The cells.
         jacobian: Compiled bilinear forms as `FormLoop` takes them.
     """
-    pattern, n, fields = _pattern(cells, jacobian), cells.size, len(cells.places)
+    (matrix, pattern), n, fields = _matrix(cells, jacobian), cells.size, len(cells.places)
     chunks: list[Ints] = []
     for first, width in zip(cells.starts[fields:], cells.widths[fields:], strict=True):
         here = np.arange(first, first + width)
         others = np.setdiff1d(np.arange(n), here)
         block = pattern[np.ix_(here, here)]
         # those that see the same of the others are eliminated at once: fewer, larger products;
-        # those without pivots, forces that tie strains, behind those that give them some
+        # those without pivots, forces that tie strains, behind those that give them some; of an
+        # energy that leaves out a strain they do not, and all are eliminated at once
         alike: tuple[dict[bytes, list[Ints]], ...] = {}, {}
         for part in _connected(block):
-            pivots = pattern[here[part], here[part]]
-            for some, own in zip(alike, (here[part][pivots], here[part][~pivots]), strict=True):
+            every = here[part]
+            pivots = pattern[every, every]
+            pivots &= _is_regular(matrix[np.ix_(every[pivots], every[pivots])])
+            for some, own in zip(alike, (every[pivots], every[~pivots]), strict=True):
                 seen = pattern[np.ix_(own, others)].any(axis=0)
                 seen |= pattern[np.ix_(others, own)].any(axis=1)
                 if len(own):
@@ -83,14 +90,20 @@ def _connected(block: Bools) -> list[Bools]:
     return parts
 
 
-def _pattern(cells: MeshCells, jacobian: list[PlacedForm]) -> Bools:
-    """Entries that are not zero in the matrix of some cell."""
+def _is_regular(A: Floats) -> bool:
+    """Decide whether a matrix without zeros on its diagonal has an inverse beyond round-off."""
+    size = np.sqrt(np.abs(np.diag(A)))
+    return not len(A) or bool(np.linalg.cond(A / np.outer(size, size)) < SINGULAR)
+
+
+def _matrix(cells: MeshCells, jacobian: list[PlacedForm]) -> tuple[Floats, Bools]:
+    """The matrix of one cell, and which entries are not zero in that of some cell."""
     loop = FormLoop(cells, jacobian)
     found = np.zeros((cells.size, cells.size))
-    some = np.empty((loop.lanes, *found.shape))
+    some = np.zeros((loop.lanes, *found.shape))
     arguments = cells.struct(loop), loop.kernels, loop.count, *map(native.doubles, (some, found))
     native.cells().lib.all_matrices(*arguments)
-    return found != 0.0
+    return some[0], found != 0.0
 
 
 def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, Any], int]:

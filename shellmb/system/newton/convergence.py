@@ -14,6 +14,7 @@ import numpy as np
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import ConvergenceError
 from shellmb.native.operations import part_sizes
+from shellmb.native.reference import ComparedParts
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 
@@ -46,8 +47,8 @@ class Convergence:
         # what follows from others has no scale
         other = np.isinf(bounds) & np.isfinite(self._scales) & ~idle
         weights = np.where(idle & ~np.any(other), IDLE, 1.0)
-        given = self._ends, self._entries, self._scales, bounds, weights
-        self._sizes = part_sizes(*given)
+        given = self._ends, self._entries, self._scales, bounds, weights, np.zeros(len(bounds))
+        self._sizes = part_sizes(ComparedParts(*given, least=1.0))
         self._serial = system.comm.size == 1
         self.begin()
 
