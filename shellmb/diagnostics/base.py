@@ -10,6 +10,8 @@ from typing import Any, ClassVar, NamedTuple
 
 from mpi4py import MPI
 
+import numpy as np
+
 from shellmb.arrays import Floats
 from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources
@@ -114,6 +116,11 @@ class Watch(BaseObserver):
         """The largest number of all ranks, and what belongs to it; collective."""
         found: tuple[Any, ...] = simulation.model.comm.allreduce(self._noted(name), op=MPI.MAX)
         return found
+
+    def columns(self, *names: str) -> Floats:
+        """Columns of the history so far, from its start on, shape (names, rows)."""
+        rows = self.sources.history.rows
+        return np.array([[row[name] for row in rows] for name in names], dtype=float)
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """Warnings about the run so far; none where it does not apply."""
