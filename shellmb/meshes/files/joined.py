@@ -5,6 +5,8 @@ A whole surface has one side: normals of its cells are consistently oriented.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse
 from scipy.sparse.csgraph import connected_components
@@ -12,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.meshes.files.kinds import Block
 from shellmb.meshes.raw import FACETS, Cell, cell_cross, vertex_count
 
 # sides shorter than this part of the longest side of their cell are none, and cells with less
@@ -31,19 +34,19 @@ def sides(x: Floats, cells: Ints, cell: Cell) -> Floats:
     return np.asarray(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2))
 
 
-def joined(x: Floats, cells: dict[Cell, Ints], part: float) -> tuple[Ints, float]:
+def joined(x: Floats, blocks: Sequence[Block], part: float) -> tuple[Ints, float]:
     """For each node the one that it becomes, and how far it goes, in parts of its sides.
 
     Nodes become one that are closer than a part of the shortest side of the cells around them.
 
     Args:
         x: Positions of the nodes.
-        cells: Cells of each type.
+        blocks: Cells of each type.
         part: The part.
     """
     size = np.full(len(x), np.inf)
-    for cell, rows in cells.items():
-        length = sides(x, rows, cell)
+    for block in blocks:
+        rows, length = block.rows, sides(x, block.rows, block.cell)
         longest = length.max(axis=1, initial=0.0)
         shortest = np.where(length > NOTHING * longest[:, None], length, np.inf).min(axis=1)
         np.minimum.at(size, rows.ravel(), np.repeat(shortest, rows.shape[1]))
