@@ -133,6 +133,23 @@ class Watch(BaseObserver):
         return RunWarning(self.name, body, value, bound, says)
 
 
+# what elements do does not come and go: it costs next to nothing to look at every tenth step
+EVERY = 10
+
+
+class Sampled(Watch):
+    """Looks at every tenth step; to inherit from."""
+
+    def _look(self, simulation: Simulation) -> None:
+        """Take a state; collective."""
+        raise NotImplementedError
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Look at every tenth step."""
+        if simulation.step % EVERY == 0:
+            self._look(simulation)
+
+
 def setup_warnings(sentences: Iterable[str]) -> tuple[RunWarning, ...]:
     """Cautions of what was warned of before the run, each once."""
     return tuple(RunWarning(SETUP, None, None, None, each) for each in dict.fromkeys(sentences))
