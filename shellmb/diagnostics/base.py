@@ -10,6 +10,8 @@ from typing import Any, ClassVar, NamedTuple
 
 from mpi4py import MPI
 
+import numpy as np
+
 from shellmb.arrays import Floats
 from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources
@@ -115,6 +117,11 @@ class Watch(BaseObserver):
         found: tuple[Any, ...] = simulation.model.comm.allreduce(self._noted(name), op=MPI.MAX)
         return found
 
+    def columns(self, *names: str) -> Floats:
+        """Columns of the history so far, from its start on, shape (names, rows)."""
+        rows = self.sources.history.rows
+        return np.array([[row[name] for row in rows] for name in names], dtype=float)
+
     def cautions(self, simulation: Simulation) -> Cautions:
         """Warnings about the run so far; none where it does not apply."""
         raise NotImplementedError
@@ -124,6 +131,23 @@ class Watch(BaseObserver):
     ) -> RunWarning:
         """A warning of this watch; arguments as of `RunWarning`."""
         return RunWarning(self.name, body, value, bound, says)
+
+
+# what elements do does not come and go: it costs next to nothing to look at every tenth step
+EVERY = 10
+
+
+class Sampled(Watch):
+    """Looks at every tenth step; to inherit from."""
+
+    def _look(self, simulation: Simulation) -> None:
+        """Take a state; collective."""
+        raise NotImplementedError
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Look at every tenth step."""
+        if simulation.step % EVERY == 0:
+            self._look(simulation)
 
 
 def setup_warnings(sentences: Iterable[str]) -> tuple[RunWarning, ...]:

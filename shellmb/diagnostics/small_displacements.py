@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from mpi4py import MPI
-
 import numpy as np
 
 from shellmb.arrays import Floats
@@ -267,9 +265,9 @@ class LinearBodies(_AboutFrames):
 
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         body = simulation.model.meshed[name]
-        frame = simulation.model.comm.allreduce(body.ties[0].changes(shape), op=MPI.SUM)
+        back = (np.eye(3) + body.ties[0].changes(shape)).T
         parts = {part: shape[where] for part, where in body.mixed.dofs.items()}
-        X, D, back = body.mixed.nodes("u"), body.node_directors(), (np.eye(3) + frame).T
+        X, D = body.mixed.nodes("u"), body.node_directors()
         parts["u"] = ((X + parts["u"].reshape(-1, 3)) @ back - X).ravel()
         parts["w"] = ((D + parts["w"].reshape(D.shape)) @ back - D).ravel()
         return {name: parts}
@@ -280,16 +278,16 @@ class LinearBodies(_AboutFrames):
         for (body, D), (left, energy) in zip(self._bodies, self._forces, strict=True):
             levels, (tie,) = simulation.problem.levels[body.name], body.ties
             q = levels.q.x.array
-            frame = simulation.model.comm.allreduce(tie.changes(q), op=MPI.SUM)
-            self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), q, t)
+            change = tie.changes(q)
+            d = np.eye(3) + change
+            self._energies(body.name, left.of(q, d), float(energy()[0]), q, t)
             if self._counted(simulation):
                 self._note(f"compression {body.name}", left.compression(q), t)
-            lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ tie.changes(q)
+            lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ change
             size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
             self._note(f"turns {body.name}", size, t)
             if "v" in levels.rates:
-                rates = tie.changes(levels.rates["v"].x.array)
-                self._spins(body.name, np.eye(3) + tie.changes(q), rates, t)
+                self._spins(body.name, d, tie.changes(levels.rates["v"].x.array), t)
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that bends, is pressed or spins too much; collective."""

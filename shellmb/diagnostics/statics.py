@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.scene import Wrinkling
 from shellmb.simulate.eigenmodes import Stability, StabilityState
@@ -87,12 +89,12 @@ class Unstable(Watch):
     """Counts unstable directions of the states of static runs."""
 
     name = "stability"
-    remembered = ("_first", "_most", "_last", "_unknown")
+    remembered = ("_first", "_most", "_last")
 
     def _begin(self) -> None:
         self._stability: Stability | None = None
         self._first: tuple[float, float] | None = None
-        self._most, self._last, self._unknown = 0, 0.0, 0
+        self._most, self._last = 0, 0.0
 
     def start(self, simulation: Simulation) -> None:
         """Paths count by themselves; of linear statics there is nothing to count."""
@@ -105,9 +107,6 @@ class Unstable(Watch):
 
     def accepted(self, simulation: Simulation) -> None:
         """Look at the state where that is cheap."""
-        path, scene = simulation.path, simulation.scene.path
-        if path is not None and scene is not None and scene.branches != "ignore":
-            self._unknown += path.unstable is None
         if self._stability is None or simulation.problem.system.size > CHEAP:
             return
         every = math.ceil(simulation.t_end / (simulation.size.nominal * LOOKS))
@@ -122,13 +121,16 @@ class Unstable(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence about the end, or about what was passed."""
-        if self._unknown:
+        path = simulation.scene.path if simulation.path is not None else None
+        counts = path is not None and path.branches != "ignore"
+        unknown = np.isnan(self.columns("unstable")[0, 1:]).sum() if counts else 0
+        if unknown:
             says = (
-                f"of {self._unknown} of {simulation.step} states of the path it is not known "
+                f"of {unknown} of {simulation.step} states of the path it is not known "
                 "whether they are stable, and bifurcations between them are not found: their "
                 "stiffness matrix is not symmetric (loads that follow the bodies) or singular"
             )
-            yield self.caution(None, float(self._unknown), 0.0, says)
+            yield self.caution(None, float(unknown), 0.0, says)
         if self._stability is None or not simulation.step:
             return
         now, t = self._stability.look(), simulation.t

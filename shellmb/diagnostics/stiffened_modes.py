@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mpi4py import MPI
-
 import numpy as np
 
 from shellmb.arrays import Floats
@@ -22,29 +20,25 @@ class _Linear:
     """A body with linear strains.
 
     Args:
-        model: The model.
         body: The body.
         state: The state.
     """
 
     said = "has linear strains"
 
-    def __init__(self, model: Model, body: ShellModel | BeamModel, state: Parts) -> None:
-        self.name, self._comm, self._tie = body.name, model.comm, body.ties[0]
+    def __init__(self, body: ShellModel | BeamModel, state: Parts) -> None:
+        self.name, self._tie = body.name, body.ties[0]
         self._force, self._u = GeometricStiffness(body), body.mixed.dofs["u"]
         self._q = state(body.name)
         self._places = body.mixed.nodes("u") + self._q[self._u].reshape(-1, 3)
-        self._back = np.eye(3) + self._frame(self._q).T
-
-    def _frame(self, values: Floats) -> Floats:
-        return self._comm.allreduce(self._tie.changes(values), op=MPI.SUM)
+        self._back = np.eye(3) + self._tie.changes(self._q).T
 
     def left_out(self, mode: Parts) -> float:
         """Energy that forces along it do on squares of a mode's rotations, J; collective."""
         values, both = mode(self.name), self._q.copy()
         # of positions `y` as seen from the frame, `y R^T` in rows, the change
         moved = values[self._u].reshape(-1, 3) @ self._back
-        both[self._u] = (moved + self._places @ self._frame(values).T).reshape(self._u.shape)
+        both[self._u] = (moved + self._places @ self._tie.changes(values).T).reshape(self._u.shape)
         return float(self._force.of(both)[0])
 
 
@@ -90,9 +84,7 @@ def stiffened_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) 
     """
     if state is None or not modes:
         return []
-    bodies: list[_Linear | _Reduced] = [
-        _Linear(model, b, state) for b in model.meshed.values() if b.ties
-    ]
+    bodies: list[_Linear | _Reduced] = [_Linear(b, state) for b in model.meshed.values() if b.ties]
     bodies += [_Reduced(model, data, state) for data in model.modal]
     said = []
     for body in bodies:

@@ -162,18 +162,9 @@ def line_mesh_from_nodes(
     """
     if closed:
         x = np.vstack([x, x[:1]])
-    elements = (len(x) - 1) // order
-    local = interval_nodes(degree)
-    slope = _shape_slopes(order, local)
-    cells = order * np.arange(elements)[:, None] + np.arange(order + 1)
-    directions = _unit(np.einsum("ja,eai->eji", slope, x[cells]))
     # the mean of the two elements that meet at a node
-    sums = np.zeros((degree * elements + 1, 3))
-    for j in range(degree + 1):
-        sums[degree * np.arange(elements) + j] += directions[:, j]
-    if closed:
-        sums[0] += sums[-1]
-        sums = sums[:-1]
+    directions, sums = _unit(_slopes(x, order, interval_nodes(degree))), np.zeros(third.shape)
+    np.add.at(sums, _along(len(directions), degree) % len(third), directions)
     tangents = _unit(sums)
     steep = np.sum(tangents * third, axis=1, keepdims=True)
     if np.max(np.abs(steep)) > ALMOST_TANGENT:
@@ -198,12 +189,10 @@ def _line_mesh(
     degree: int,
 ) -> LineMesh:
     """Elements shared out over the ranks in the order of the line; some ranks may get none."""
-    count = (len(x) - 1) // order
-    inner = [order * np.arange(count) + j for j in range(1, order)]
-    cells = np.stack(
-        [order * np.arange(count), order * np.arange(1, count + 1), *inner], axis=1
-    ).astype(np.int64)
-    length = _arc_length(x, order)
+    cells = _along((len(x) - 1) // order, order)[:, [0, order, *range(1, order)]]
+    s, weights = np.polynomial.legendre.leggauss(4)
+    sizes = np.linalg.norm(_slopes(x, order, (1 + s) / 2), axis=2)
+    length = float(np.sum(sizes @ weights) / 2)
     if closed:
         x = x[:-1]
         cells %= len(x)
@@ -214,19 +203,16 @@ def _line_mesh(
     return LineMesh(name, mesh, points, length, triads, degree)
 
 
-def _shape_slopes(order: int, s: Floats) -> Floats:
-    """Derivatives at `s` of the Lagrange polynomials on [0, 1], (n, order + 1)."""
+def _along(elements: int, order: int) -> Ints:
+    """Nodes of the elements of a line by their numbers along it, shape (elements, order + 1)."""
+    return np.asarray(order * np.arange(elements)[:, None] + np.arange(order + 1))
+
+
+def _slopes(x: Floats, order: int, s: Floats) -> Floats:
+    """Derivatives of the position in each element at places `s` on [0, 1], (elements, n, 3)."""
     powers = np.linalg.inv(np.vander(interval_nodes(order), increasing=True))
-    return np.asarray(
-        np.stack([j * s ** (j - 1) for j in range(1, order + 1)], axis=1) @ powers[1:]
-    )
-
-
-def _arc_length(x: Floats, order: int) -> float:
-    s, weights = np.polynomial.legendre.leggauss(4)
-    cells = order * np.arange((len(x) - 1) // order)[:, None] + np.arange(order + 1)
-    slopes = np.einsum("ja,eai->eji", _shape_slopes(order, (1 + s) / 2), x[cells])
-    return float(np.sum(np.linalg.norm(slopes, axis=2) @ weights) / 2)
+    shapes = np.stack([j * s ** (j - 1) for j in range(1, order + 1)], axis=1) @ powers[1:]
+    return np.einsum("ja,eai->eji", shapes, x[_along((len(x) - 1) // order, order)])
 
 
 def _unit(v: Floats) -> Floats:

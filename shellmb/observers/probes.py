@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.arrays import Floats, Int32s
+from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import is_point, local_nodes, local_point, surrounding
+from shellmb.model.model import Model
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
-from shellmb.observers.fields.nodal import NodalValues, NodeGroup, Nodes, Reading, rotation_vectors
+from shellmb.observers.fields.nodal import NodalValues, Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.restart import Restartable
 from shellmb.scene import Probe, RigidBody
-from shellmb.scene.description import Body
 from shellmb.simulate.simulation import Simulation
 
 TURN = 2 * math.pi
@@ -56,15 +56,15 @@ class Pose(NamedTuple):
         return np.asarray(np.cross(self.d, self.rate).sum(axis=0) / 2)
 
 
-def packed(values: NodalValues) -> Floats:
-    """Sums over nodes of all that a pose consists of, shape (9 + 9 m,)."""
+def packed(values: NodalValues, weights: Floats) -> Floats:
+    """All that a pose consists of, from values at nodes times weights, shape (9 + 9 m,)."""
     points = (values.reference, values.position, values.velocity)
     vectors = (values.reference_directors, values.directors, values.director_velocity)
-    return np.concatenate([v.sum(axis=0).ravel() for v in (*points, *vectors)])
+    return np.concatenate([np.einsum("n,n...->...", weights, v).ravel() for v in points + vectors])
 
 
 def unpacked(row: Floats) -> Pose:
-    """The pose of `packed` means."""
+    """The pose of what was `packed`."""
     X, x, v = row[:9].reshape(3, 3)
     return Pose(X, x, v, *row[9:].reshape(3, -1, 3))
 
@@ -143,36 +143,53 @@ class WholeTurns(Restartable):
 
 
 # sum of what a probe reads over its nodes on this rank, and their number behind it, shape (n + 1,)
-type Sum = Callable[[], Floats]
-# name of a body in the system, nodes of a point, and arms from them
-type Where = tuple[str, NodeGroup, Floats | None]
+@dataclass(frozen=True)
+class Spot:
+    """A point of a body: values at its nodes on this rank times weights add up to those there.
+
+    Args:
+        body: Name of the body in the system.
+        nodes: The nodes, each on the rank that owns it.
+        arms: Components along their directors of arms from the nodes, shape (n, 3), m; None: none.
+        weights: Weights, shape (n,), whose sum over the ranks is 1.
+    """
+
+    body: str
+    nodes: Nodes | ModalNodes
+    arms: Floats | None
+    weights: Floats
+
+    def pose(self, simulation: Simulation) -> Floats:
+        """Part of this rank in the `packed` pose between two steps; collective."""
+        values = self.nodes.now(simulation)
+        return packed(values if self.arms is None else values.at(self.arms), self.weights)
+
+
+type Read = Callable[[], Floats]
 
 
 @dataclass(frozen=True)
-class _Spot:
-    """A probe where it is.
+class _Recorded:
+    """A probe as it is read.
 
     Args:
         probe: The probe.
-        sums: What it reads, between two steps: its quantity, or its pose and that of a frame; of a
-            point between nodes that of each of them.
-        weights: Of the nodes that it lies between, shape (nodes,).
+        reads: Give the part of this rank, between two steps: of its quantity, or of its pose and
+            that of a frame.
         turns: Counts the turns of a rotation; None of other quantities.
-        later: Reads its quantity for many steps at a time; None: in each step.
+        later: Reads vectors of nodes for many steps at a time, and their weights; None: it is read
+            in each step.
     """
 
     probe: Probe
-    sums: tuple[Sum, ...]
-    weights: Floats
-    turns: WholeTurns | None
-    later: Reading | None
+    reads: tuple[Read, ...]
+    turns: WholeTurns | None = None
+    later: tuple[Reading, Floats] | None = None
 
-    def vector(self, means: list[Floats]) -> Floats:
-        """The quantity by the means of what is read, shape (3,)."""
-        count = len(self.weights)
-        found = means[0] if count == 1 else self.weights @ np.array(means[:count])
-        if self.probe.frame is not None:
-            found = seen(self.probe.quantity, unpacked(found), unpacked(means[count]))
+    def vector(self, found: Floats, frame: Floats | None = None) -> Floats:
+        """The quantity by what is read, shape (3,)."""
+        if frame is not None:
+            found = seen(self.probe.quantity, unpacked(found), unpacked(frame))
         elif self.turns is not None:
             pose = unpacked(found)
             (found,) = rotation_vectors(pose.D[None], pose.d[None])
@@ -209,48 +226,45 @@ class Probes(DeferredObserver):
         for probe in probes:
             if probe.quantity == "rotation":
                 self._turns.setdefault(probe.name, WholeTurns())
-        self._spots = [self._find(simulation, probe) for probe in probes]
+        self._recorded = [self._find(simulation, probe) for probe in probes]
         self._names = [probe.name for probe in probes]
-        sizes = [0 if spot.later is None else spot.later.size for spot in self._spots]
-        self._numbers = [np.zeros((STEPS, size)) for size in sizes]
-        both = zip(self._spots, self._numbers, strict=True)
-        self._later = [(spot.later, to) for spot, to in both if spot.later is not None]
-        self._at_once = {k: spot for k, spot in enumerate(self._spots) if spot.later is None}
+        # numbers of steps that vectors are read from later
+        self._later = {
+            k: (*each.later, np.zeros((STEPS, each.later[0].size)))
+            for k, each in enumerate(self._recorded)
+            if each.later is not None
+        }
+        self._at_once = {k: e for k, e in enumerate(self._recorded) if e.later is None}
         # of each step: vectors, and the turns so far, which the next vectors have to be next to
         self._vectors = np.zeros((STEPS, len(probes), 3))
         self._counted: list[dict[str, Any]] = [{}] * STEPS
         self.take_accepted(simulation, 0)
         self.begin(*self.book_rows(slice(0, 1)))
 
-    def _find(self, simulation: Simulation, probe: Probe) -> _Spot:
+    def _find(self, simulation: Simulation, probe: Probe) -> _Recorded:
+        model, who = simulation.model, f"probe '{probe.name}'"
         (given,) = simulation.scene.bodies_of(probe)
-        names, weights = places_of(simulation, given.name, probe)
-        each = [self._sum(simulation, given, replace(probe, at=at)) for at in names]
-        turns, sums = self._turns.get(probe.name), tuple(each)
-        if probe.frame is not None:
-            who = f"probe '{probe.name}'"
-            # a reduced body is seen from its floating frame, and has coordinates for names there
-            scene = simulation.model.scene
-            seen_from = next(p for p in scene.probes if p.name == probe.name)
-            assert seen_from.frame is not None
-            frame = plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
-            sums += (partial(_pose, simulation, *frame[1:]),)
-        later = getattr(sums[0], "reading", None) if self._comm.size == 1 else None
-        return _Spot(probe, sums, weights, turns, None if len(sums) > 1 else later)
-
-    def _sum(self, simulation: Simulation, given: Body, probe: Probe) -> Sum:
-        """Reading at one node, or at the nodes of one place."""
-        who = f"probe '{probe.name}'"
-        body = readable(simulation.model).get(given.name)
+        body = readable(model).get(given.name)
         if body is not None and has_resultants(body, probe.quantity):
             if body.name not in self._resultants:
                 self._resultants[body.name] = resultants_of(simulation, body)
-            nodes = local_nodes(body, cast(Any, probe.at), who)
-            return partial(self._resultants[body.name].sums, nodes, probe.quantity)
-        _, spot, arms = _spot(simulation, given.name, probe.at, who)
-        if probe.frame is None and probe.name not in self._turns:
-            return _Total(spot.reader(simulation, probe.quantity, arms), spot.count)
-        return partial(_pose, simulation, spot, arms)
+            resultants, places = self._resultants[body.name], places_of(body, probe.at, who)
+            nodes = [(local_nodes(body, at, who), share) for at, share in places]
+            weights = resultants.weights(nodes)
+            return _Recorded(probe, (partial(resultants.at, weights, probe.quantity),))
+        spot, turns = spot_of(model, given.name, probe.at, who), self._turns.get(probe.name)
+        if probe.frame is not None:
+            # a reduced body is seen from its floating frame, and has coordinates for names there
+            seen_from = next(p for p in model.scene.probes if p.name == probe.name)
+            assert seen_from.frame is not None
+            frame = spot_of(model, seen_from.frame, seen_from.frame_at, who, framed=True)
+            reads = tuple(partial(each.pose, simulation) for each in (spot, frame))
+            return _Recorded(probe, reads, turns)
+        if turns is not None:
+            return _Recorded(probe, (partial(spot.pose, simulation),), turns)
+        read = spot.nodes.reader(simulation, probe.quantity, spot.arms)
+        later = (read, spot.weights) if isinstance(read, Reading) and self._alone else None
+        return _Recorded(probe, (lambda: spot.weights @ read(),), later=later)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Means over a step need its start, too."""
@@ -259,18 +273,18 @@ class Probes(DeferredObserver):
 
     def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the vectors."""
-        for later, taken in self._later:
+        for later, _, taken in self._later.values():
             later.take(taken[row])
         if not self._at_once:
             return
-        sums = [read() for spot in self._at_once.values() for read in spot.sums]
+        found = [read() for each in self._at_once.values() for read in each.reads]
         if not self._alone:
-            flat = np.concatenate(sums)
+            flat = np.concatenate(found)
             self._comm.Allreduce(MPI.IN_PLACE, flat)
-            sums = np.split(flat, np.cumsum([len(each) for each in sums])[:-1])
-        means = iter([each[:-1] / each[-1] for each in sums])
-        for k, spot in self._at_once.items():
-            self._vectors[row, k] = spot.vector([*islice(means, len(spot.sums))])
+            found = np.split(flat, np.cumsum([len(each) for each in found])[:-1])
+        numbers = iter(found)
+        for k, each in self._at_once.items():
+            self._vectors[row, k] = each.vector(*islice(numbers, len(each.reads)))
         if self._turns:
             self._counted[row] = {name: turns.state() for name, turns in self._turns.items()}
 
@@ -278,14 +292,13 @@ class Probes(DeferredObserver):
         """Take the components that are requested."""
         self._kept = self._counted[rows][-1]
         vectors = self._vectors[rows]
+        for k, (later, weights, taken) in self._later.items():
+            vectors[:, k] = weights @ later.of(taken[rows])
         columns = []
-        for k, spot in enumerate(self._spots):
-            part, each = spot.probe.component, vectors[:, k]
-            if spot.later is not None:
-                read = spot.later.of(self._numbers[k][rows])
-                each[:] = np.add.reduce(read, axis=1) / read.shape[1]
-            found = np.sqrt(np.vecdot(each, each)) if part == "norm" else each[:, part]
-            columns.append(found.tolist())
+        for each, found in zip(self._recorded, vectors.swapaxes(0, 1), strict=True):
+            part = each.probe.component
+            column = np.sqrt(np.vecdot(found, found)) if part == "norm" else found[:, part]
+            columns.append(column.tolist())
         every = zip(*columns, strict=True) if columns else ((),) * len(vectors)
         return [dict(zip(self._names, row, strict=True)) for row in every]
 
@@ -300,84 +313,60 @@ class Probes(DeferredObserver):
             self._turns.setdefault(name, WholeTurns()).restore(turns)
 
 
-def places_of(simulation: Simulation, name: str, probe: Probe) -> tuple[list[Any], Floats]:
-    """Places that a probe is read at, and the weights of what is read there; collective.
+def places_of(body: Any, at: Any, who: str) -> list[tuple[Any, float]]:
+    """Places on a shell, a beam or a body with nodes that a point is read at; collective.
 
     Args:
-        simulation: The simulation.
-        name: Name of its body.
-        probe: The probe.
+        body: The body.
+        at: The point.
+        who: Who asks, for the error.
 
     Returns:
-        Its own place, or the nodes that it lies between, and weights, shape (places,).
+        The point itself, or the nodes that it lies between, each with the weight of what is read
+        there.
 
     Raises:
-        SceneError: If it is not on its body.
+        SceneError: If it is not on the body.
     """
-    body: Any = {**readable(simulation.model), **simulation.model.own}.get(name)
-    if body is None or not is_point(probe.at):
-        return [probe.at], np.ones(1)
-    found, weights = surrounding(body, probe.at, f"probe '{probe.name}'")
-    return list(found), weights
+    if not is_point(at):
+        return [(at, 1.0)]
+    places, weights = surrounding(body, at, who)
+    return list(zip(places, weights.tolist(), strict=True))
 
 
-def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
-    """Name of a body in the system, the nodes of a point on this rank, and its arms there."""
-    model = simulation.model
-    modal = modal_members(model).get(name)
-    if modal is None:
-        return plain_spot(simulation, name, point, who)
-    nodes, arms = _owned(modal.members[name].body, point, who)
-    return name, ModalNodes(model, name, nodes), arms
+def spot_of(model: Model, name: str, at: Any, who: str, framed: bool = False) -> Spot:
+    """Nodes that a point of a body is read at; collective.
 
+    Args:
+        model: The bodies.
+        name: Name of the body in the scene.
+        at: The point.
+        who: Who asks, for the error.
+        framed: Whether the point of a reduced body is one of its floating frame.
 
-def plain_spot(
-    simulation: Simulation, name: str, point: Any, who: str
-) -> tuple[str, Nodes, Floats | None]:
-    """Spot on a rigid body, or a body whose nodes are unknowns."""
-    model = simulation.model
-    described = model.scene.body(name)
-    if isinstance(described, RigidBody):
+    Raises:
+        SceneError: If there is no node at the point.
+    """
+    described, modal = model.scene.body(name), name in modal_members(model) and not framed
+    if isinstance(described, RigidBody) and not modal:
         rigid = model.rigid
         assert rigid is not None
         number = rigid.index[described.name]
         node = rigid.bodies[number]
-        offset = node.directors @ (described.place(point) - node.center)
+        offset = node.directors @ (described.place(at) - node.center)
         here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
-        return rigid.name, Nodes(rigid, here), np.tile(offset, (len(here), 1))
-    body: Any = {**model.meshed, **model.own}[described.name]
-    nodes, arms = _owned(body, point, who)
-    return body.name, Nodes(body, nodes), arms
-
-
-def _owned(body: Any, point: Any, who: str) -> tuple[Int32s, Floats | None]:
-    """Nodes of a point, each once, on the rank that owns it, and its arms there."""
-    nodes, arms = local_point(body, point, who)
-    mine = nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local
-    return nodes[mine], None if arms is None else arms[mine]
-
-
-class _Total:
-    """Sum of what nodes have.
-
-    Args:
-        read: Reads it, shape (n, 3).
-        count: Number of the nodes.
-
-    Attributes:
-        reading: Reads them of many steps later, from numbers that were taken; None: nothing does.
-    """
-
-    def __init__(self, read: Callable[[], Floats] | Reading, count: int) -> None:
-        self._read, self._count = read, count
-        self.reading = read if isinstance(read, Reading) else None
-
-    def __call__(self) -> Floats:
-        """Sum and number."""
-        return np.append(np.add.reduce(self._read()), self._count)
-
-
-def _pose(simulation: Simulation, nodes: NodeGroup, arms: Floats | None) -> Floats:
-    """Sum of poses, and the number of nodes."""
-    values = nodes.now(simulation)
-    return np.append(packed(values if arms is None else values.at(arms)), nodes.count)
+        count = len(here)
+        return Spot(rigid.name, Nodes(rigid, here), np.tile(offset, (count, 1)), np.ones(count))
+    body: Any = {**readable(model), **model.own}[name]
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    places = places_of(body, at, who)
+    found = [local_point(body, place, who) for place, _ in places]
+    mine = [nodes < owned for nodes, _ in found]
+    counts = model.comm.allreduce(np.array([np.sum(each) for each in mine]))
+    shares = zip(mine, places, counts, strict=True)
+    weights = np.concatenate([np.full(np.sum(m), share / n) for m, (_, share), n in shares])
+    which = np.concatenate([each[m] for (each, _), m in zip(found, mine, strict=True)])
+    # what has arms has a name
+    arms = None if found[0][1] is None else found[0][1][mine[0]]
+    nodes = ModalNodes(model, name, which) if modal else Nodes(body, which)
+    return Spot(body.name, nodes, arms, weights)

@@ -10,7 +10,7 @@ import shellmb as sm
 from shellmb.demos.verification.problems.elements.plane import quarter_ring
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.edges import edges_of
-from shellmb.diagnostics.elements.sampled import energy_of
+from shellmb.diagnostics.elements.finer import energy_of
 from shellmb.observers.fields.nodal import state
 from shellmb.running.natural_modes.run import find_buckling
 from shellmb.running.natural_modes.vibration import natural_modes

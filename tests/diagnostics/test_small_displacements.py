@@ -79,6 +79,36 @@ def test_what_vibrates_does_not_spin(spins):
 
 
 @pytest.mark.slow
+def test_ranks_say_the_same_of_linear_bodies(mpirun):
+    """The kind: each rank has the whole frame of a body, and their sum is no frame."""
+    source = f"""
+import sys
+sys.path.append({str(ROOT)!r})
+import warnings
+from mpi4py import MPI
+import shellmb as sm
+from tests.diagnostics.test_small_displacements import strip
+
+warnings.simplefilter("ignore")
+scene = sm.Scene(
+    "strip",
+    strip(model="floating-frame", mesh=(4, 2)),
+    loads=sm.PointForce(({L}, 0, 0), (0, 0, 0.3)),
+    initial=sm.InitialVelocity(spin=(0, 0, 12.0)),
+    scheme="ep",
+    dt=2e-3,
+    t_end=0.05,
+)
+run = sm.run(scene, pictures=False)
+if MPI.COMM_WORLD.rank == 0:
+    print(*run.warnings, sep="\\n")
+"""
+    one, two = (mpirun(n, "-c", source).strip().splitlines() for n in (1, 2))
+    assert any("forces along it would do" in said for said in one)
+    assert two == one
+
+
+@pytest.mark.slow
 def test_ranks_say_the_same_of_bodies_in_modes(mpirun):
     """The kind: matrices have columns of other ranks' nodes, more than those a body has here."""
     source = f"""

@@ -253,7 +253,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "folds that come and go are not said",
-        f"{WATCHES}/elements/sampled.py",
+        f"{WATCHES}/base.py",
         "EVERY = 10",
         "EVERY = 10_000",
         ("tests/diagnostics/test_folded.py::test_a_fold_that_comes_and_goes",),

@@ -51,8 +51,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "moment of a quadratic step's forces without their first moment in time",
         "shellmb/observers/forces/impulse.py",
-        "arms = Arms(states[steps], whole=1.0 if self._first else 0.0)",
-        "arms = Arms(states[steps] if self._first else 0 * states[steps], float(self._first))",
+        "carrier.resultants(states[steps], whole,",
+        "carrier.resultants(states[steps] if self._first else 0 * states[steps], whole,",
         (
             "tests/hard/test_spins.py::test_stiff_plate_spins_in_schemes_quadratic_in_time"
             "[True-ep4-0.0]",

@@ -11,7 +11,7 @@ import pytest
 from shellmb.native.assembler import assembled_by
 from shellmb.observers import deferred_observer
 from shellmb.observers.account.energy import EnergyAccount
-from shellmb.observers.forces.reactions import ArmCarrier, Arms
+from shellmb.observers.forces.reactions import ArmCarrier
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.resuming.resume import resume
 from shellmb.running.resuming.saved import read_saved
@@ -122,10 +122,10 @@ def test_forces_on_arms_are_the_same_however_many_steps_there_are() -> None:
     )
     carrier = ArmCarrier(body, slice(0, 3 * count))
     q, force = rng.normal(size=(2, steps, 3 * count))
-    moments, sizes = carrier.resultants(Arms(q, 1.0), [force])
+    moments, sizes = carrier.resultants(q, 1.0, [force])
     for k in range(steps):
         one = slice(k, k + 1)
-        moment, size = carrier.resultants(Arms(q[one], 1.0), [force[one]])
+        moment, size = carrier.resultants(q[one], 1.0, [force[one]])
         assert np.array_equal(moment, moments[:, one]) and np.array_equal(size, sizes[one])
     arms = (
         body.arms + q[:, dofs].reshape(steps, count, 3),

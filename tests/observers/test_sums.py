@@ -5,7 +5,7 @@ import pytest
 
 from shellmb.observers.account.rotations import _Flexible
 from shellmb.observers.fields.nodal import Nodes
-from shellmb.observers.forces.reactions import Arms, Carrier
+from shellmb.observers.forces.reactions import Carrier
 from shellmb.scene import Beam, Isotropic, Line, Rectangle, RectangularSection, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 
@@ -36,7 +36,7 @@ def test_resultants(bodies, name, whole) -> None:
     marked = X[:, 0] > 0.3
     for nodes in (None, marked):
         here = np.ones(len(X), dtype=bool) if nodes is None else nodes
-        ((found,),), (gross,) = carrier.resultants(Arms(q[None], whole), [forces[None]], nodes)
+        ((found,),), (gross,) = carrier.resultants(q[None], whole, [forces[None]], nodes)
         moment = np.cross(x, f[u])[here].sum(axis=0) + np.cross(d, f[w])[here].sum(axis=(0, 1))
         np.testing.assert_allclose(found, [*f[u][here].sum(axis=0), *moment], rtol=1e-12)
         assert gross == pytest.approx(np.linalg.norm(f[u][here], axis=1).sum(), rel=1e-12)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,9 +20,10 @@ from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.signals import Signals
 from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
-from shellmb.observers.probes import places_of, plain_spot
+from shellmb.observers.probes import places_of, spot_of
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Probe, Scene
@@ -302,33 +303,30 @@ def _unfit(state: Linearised, probe: Probe) -> str:
 def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
     who = f"linearise: probe '{probe.name}'"
     (given,) = state.model.scene.bodies_of(probe)
-    # of a simulation, these look at the model alone
-    simulation: Any = state
     body: Any = state.model.meshed.get(given.name)
-    names, weights = places_of(simulation, given.name, probe)
     axis = np.eye(3)[int(probe.component)]
     every = np.zeros((3 + len(times), state.system.size))
     row = every[int(probe.quantity in ("velocity", "angular_velocity"))]
-    for place, weight in zip(names, weights, strict=True):
-        if body is not None and has_resultants(body, probe.quantity):
-            at = local_nodes(body, cast(Any, place), who)
+    if body is not None and has_resultants(body, probe.quantity):
+        for place, weight in places_of(body, probe.at, who):
+            at = local_nodes(body, place, who)
             every += weight * _resultant(state, body, at, probe, times)
-            continue
-        name, nodes, arms = plain_spot(simulation, given.name, place, who)
-        u, w = (_numbers(state, name)[dofs] for dofs in nodes.dofs)
-        share = weight / len(u)
-        D = nodes.values(_function(state, name).x.array).directors
-        for k in range(len(u)):
-            match probe.quantity:
-                case "displacement" | "position" | "velocity":
-                    row[u[k]] += share * axis
-                    if arms is not None:
-                        np.add.at(row, w[k], share * np.outer(arms[k], axis))
-                case "director":
-                    row[w[k, 0]] += share * axis
-                case "rotation" | "angular_velocity":
-                    # `theta = sum d x w / 2`, of which `axis . (d x w) = (axis x d) . w`
-                    np.add.at(row, w[k], share * np.cross(axis, D[k]) / 2)
+        return dict(enumerate(every))
+    spot = spot_of(state.model, given.name, probe.at, who)
+    assert isinstance(spot.nodes, Nodes)
+    u, w = (_numbers(state, spot.body)[dofs] for dofs in spot.nodes.dofs)
+    D = spot.nodes.values(_function(state, spot.body).x.array).directors
+    for k, share in enumerate(spot.weights):
+        match probe.quantity:
+            case "displacement" | "position" | "velocity":
+                row[u[k]] += share * axis
+                if spot.arms is not None:
+                    np.add.at(row, w[k], share * np.outer(spot.arms[k], axis))
+            case "director":
+                row[w[k, 0]] += share * axis
+            case "rotation" | "angular_velocity":
+                # `theta = sum d x w / 2`, of which `axis . (d x w) = (axis x d) . w`
+                np.add.at(row, w[k], share * np.cross(axis, D[k]) / 2)
     return dict(enumerate(every))
 
 

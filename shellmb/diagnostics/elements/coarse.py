@@ -10,12 +10,11 @@ between elements, sides of triangles bulge, edges twist. Better elements tell.
 from __future__ import annotations
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Cautions, said_of
+from shellmb.diagnostics.base import Cautions, Sampled, said_of
 from shellmb.diagnostics.elements.edges import edges_of, spanning
-from shellmb.diagnostics.elements.finer import BOUND, REMEDY, compared
+from shellmb.diagnostics.elements.finer import BOUND, REMEDY, compared, energy_of
 from shellmb.diagnostics.elements.locking import Roughness, excess
 from shellmb.diagnostics.elements.measures import Mesh
-from shellmb.diagnostics.elements.sampled import Sampled, energy_of
 from shellmb.model.model import Model
 from shellmb.observers.fields.nodal import state
 from shellmb.restart import constant
@@ -30,10 +29,9 @@ class Coarse(Sampled):
 
     name = "coarse mesh"
     runs = True
-    remembered = ("_steps", "_most", "_states")
+    remembered = ("_most", "_states")
 
     def _begin(self) -> None:
-        super()._begin()
         # by shell the largest energy, and the state, which other numbers of ranks do not take up
         self._most: dict[str, float] = {}
         self._states: dict[str, Floats] = {}

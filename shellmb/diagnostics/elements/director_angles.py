@@ -16,8 +16,7 @@ import math
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Cautions, said_of
-from shellmb.diagnostics.elements.sampled import Sampled
+from shellmb.diagnostics.base import Cautions, Sampled, said_of
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import Nodes, state
@@ -82,7 +81,7 @@ class Folded(Sampled):
     """Watches by how much neighbouring directors of shells and beams have turned apart."""
 
     name = "folded"
-    remembered = ("_steps", "_largest")
+    remembered = ("_largest",)
 
     def start(self, simulation: Simulation) -> None:
         """Find the neighbours; where displacements are small there is another watch."""

@@ -20,16 +20,17 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.elements.measures import Mesh
-from shellmb.diagnostics.elements.sampled import energy_of
 from shellmb.errors import ShellmbError, unsaid
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.locations.nodes import local_point
+from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.preprocessing.modal.tangent import bending, bending_scales
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import PointForce, PointLoad, SurfaceForce
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.shells.gmsh_surfaces import OfFile
+from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
 # unknowns of better elements up to which these are used
@@ -173,6 +174,14 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     if shaped is None:
         return found
     return found._replace(off=found.off | {n: e for n, e in shaped.off.items() if n in doubted})
+
+
+def energy_of(simulation: Simulation, name: str) -> Scalar:
+    """Gives the strain energy of a shell, J; collective."""
+    form = strain_energy(simulation.model.shells[name], simulation.problem.levels[name])
+    energy = scalar([form], simulation.model.comm)
+    assert energy is not None
+    return energy
 
 
 def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> Finer | None:

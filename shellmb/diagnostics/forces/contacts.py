@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Cautions, RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.model.potentials.contact import ContactGroup
-from shellmb.restart import Restartable
 from shellmb.scene.lookup import said
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
@@ -25,22 +24,13 @@ class Contacts(Watch):
     """Watches how points move in a step, against the obstacles that they touch."""
 
     name = "contact"
-    remembered = ("_largest", "_impacts")
-
-    def _begin(self) -> None:
-        self._before: dict[str, Floats] = {}
-        self._impacts = Impacts()
+    remembered = ("_largest",)
 
     def start(self, simulation: Simulation) -> None:
         """Take the places of the points."""
-        for group in _contacts(simulation):
-            name = group.item.name
-            self._before[name] = _positions(simulation, group)
-            self._impacts.begin(name, self._stored(name))
-        self.idle = not self._before
-
-    def _stored(self, name: str) -> float:
-        return self.sources.energy.values.get(f"{name}.energy", 0.0)
+        groups = _contacts(simulation)
+        self._before = {group.item.name: _positions(simulation, group) for group in groups}
+        self.idle = not groups
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
@@ -48,11 +38,9 @@ class Contacts(Watch):
             name = group.item.name
             start, end = self._before[name], _positions(simulation, group)
             self._before[name] = end
-            self._impacts.step(name, self._stored(name), simulation.t)
             shape, depth = group.shape, group.penetrations(end)
             wrong = np.where(depth > 0, shape.overrated(start, end), 0.0)
-            # the largest penetration; what is missed of one, m
-            self._note(f"pressed {name}", float(np.max(depth, initial=0.0)), simulation.t)
+            # what is missed of a penetration, m
             self._note(f"slid {name}", float(np.max(wrong, initial=0.0)), simulation.t)
             if np.isfinite(shape.depth):
                 depth = group.penetrations(shape.nearest(start, end))
@@ -75,8 +63,8 @@ class Contacts(Watch):
                 )
                 yield self.caution(group.owner, deep, DEEP, says)
             if simulation.scheme.dynamic:
-                yield from self._impacts.cautions(self.name, group.owner, name, said(item))
-            most, _ = self._worst(simulation, f"pressed {name}")
+                yield from impacts(self, group.owner, name, said(item))
+            most = np.max(self.columns(f"{name}.penetration")[0, 1:], initial=0.0)
             missed, then = self._worst(simulation, f"slid {name}")
             share = missed / most if most > 0 else 0.0
             if share > SLID:
@@ -101,93 +89,52 @@ def _contacts(simulation: Simulation) -> list[ContactGroup]:
 SUDDEN = 0.8
 
 
-class Impacts(Restartable):
-    """Largest changes of energies of contacts in a step."""
+def impacts(watch: Watch, owner: str, name: str, who: str) -> Cautions:
+    """A sentence if impacts of a contact are too short for the steps.
 
-    remembered = ("_found",)
-
-    def __init__(self) -> None:
-        self._energy: dict[str, float] = {}
-        # largest energy, largest change in a step, time
-        self._found: dict[str, tuple[float, float, float]] = {}
-
-    def begin(self, name: str, energy: float) -> None:
-        """Take the energy of a contact that steps begin with, J."""
-        self._energy[name] = energy
-
-    def step(self, name: str, energy: float, t: float) -> None:
-        """Take the energy of a contact at the end of a step.
-
-        Args:
-            name: Name of the contact.
-            energy: The energy, J.
-            t: The time, s.
-        """
-        change = abs(energy - self._energy[name])
-        self._energy[name] = energy
-        largest, most, when = self._found.get(name, (0.0, 0.0, 0.0))
-        if change > most:
-            most, when = change, t
-        self._found[name] = max(largest, energy), most, when
-
-    def cautions(self, watch: str, owner: str, name: str, who: str) -> Cautions:
-        """A sentence if impacts of a contact are too short for the steps.
-
-        Args:
-            watch: Name of the watch.
-            owner: Name of the body that has the points.
-            name: Name of the contact.
-            who: Name of it in sentences.
-        """
-        largest, change, when = self._found.get(name, (0.0, 0.0, 0.0))
-        share = change / largest if largest > 0 else 0.0
-        if share > SUDDEN:
-            says = (
-                f"{who}: {share:.0%} of the largest energy of the contact comes or goes in one "
-                f"step (at t = {when:.4g} s): impacts are shorter than four steps, and when and "
-                "where bodies rebound is coarse; use a smaller step or a smaller stiffness"
-            )
-            yield RunWarning(watch, owner, share, SUDDEN, says)
+    Args:
+        watch: The watch that says it.
+        owner: Name of the body that has the points.
+        name: Name of the contact.
+        who: Name of it in sentences.
+    """
+    t, energy = watch.columns("t", f"{name}.energy")
+    change = np.abs(np.diff(energy))
+    largest = float(np.max(energy[1:], initial=0.0))
+    share = float(np.max(change, initial=0.0)) / largest if largest > 0 else 0.0
+    if share > SUDDEN:
+        says = (
+            f"{who}: {share:.0%} of the largest energy of the contact comes or goes in one step "
+            f"(at t = {t[1 + np.argmax(change)]:.4g} s): impacts are shorter than four steps, and "
+            "when and where bodies rebound is coarse; use a smaller step or a smaller stiffness"
+        )
+        yield watch.caution(owner, share, SUDDEN, says)
 
 
 class TouchingFaces(Watch):
     """Watches how deep points come in a shell, and whether the bodies pass between them."""
 
     name = "faces of shells"
-    remembered = ("_largest", "_between", "_impacts")
+    remembered = ("_between",)
 
     def _begin(self) -> None:
         # by contact: first time at which bodies are too near between points, and of the deepest of
         # these intersection, depth, time, place
         self._between: dict[str, tuple[float, tuple[Any, ...]]] = {}
-        self._impacts = Impacts()
 
     def start(self, simulation: Simulation) -> None:
         """Take the start."""
-        for faces in simulation.problem.couplings:
-            self._impacts.begin(faces.name, self.sources.energy.values[f"{faces.name}.energy"])
         self.idle = not simulation.problem.couplings
-        self._look(simulation)
+        self.accepted(simulation)
 
     def accepted(self, simulation: Simulation) -> None:
-        """Take the step."""
+        """See whether bodies intersect."""
         for faces in simulation.problem.couplings:
-            energy = self.sources.energy.values[f"{faces.name}.energy"]
-            self._impacts.step(faces.name, energy, simulation.t)
-        self._look(simulation)
-
-    def _look(self, simulation: Simulation) -> None:
-        """See how deep points are, and whether bodies intersect."""
-        t = simulation.t
-        for faces in simulation.problem.couplings:
-            name = faces.name
-            # in the distance at which it touches
-            self._note(name, faces.depth() / faces.contact.law.reach, t)
             found = faces.meeting()
             if found is not None:
-                now = (found.intersect, found.depth, t, *found.place.tolist())
-                first, deepest = self._between.get(name, (t, now))
-                self._between[name] = first, max(deepest, now)
+                now = (found.intersect, found.depth, simulation.t, *found.place.tolist())
+                first, deepest = self._between.get(faces.name, (simulation.t, now))
+                self._between[faces.name] = first, max(deepest, now)
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """Say what is wrong with contacts."""
@@ -210,7 +157,9 @@ class TouchingFaces(Watch):
                 "there, or a second contact with both bodies exchanged"
             )
             yield self.caution(contact.body, depth, 0.0, says)
-        deep, when = self._noted(name)
+        t, depths = self.columns("t", f"{name}.penetration")
+        # in the distance at which it touches
+        deep, when = float(depths.max() / contact.law.reach), t[depths.argmax()]
         if deep > DEEP:
             says = (
                 f"{who}: a point of '{contact.body}' comes to {1 - deep:.0%} of the distance from "
@@ -220,4 +169,4 @@ class TouchingFaces(Watch):
             )
             yield self.caution(contact.body, deep, DEEP, says)
         if dynamic:
-            yield from self._impacts.cautions(self.name, contact.body, name, who)
+            yield from impacts(self, contact.body, name, who)

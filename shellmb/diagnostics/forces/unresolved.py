@@ -36,10 +36,9 @@ class Unresolved(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each load and motor that steps do not resolve."""
-        rows = self.sources.history.rows
-        if not simulation.scheme.dynamic or len(rows) < 2:
+        (t,) = self.columns("t")
+        if not simulation.scheme.dynamic or len(t) < 2:
             return
-        t = np.array([row["t"] for row in rows])
         # loads may share a function
         of_time = {id(load.time): (load, load.time) for load in simulation.scene.loads if load.time}
         for load, function in of_time.values():
@@ -50,8 +49,8 @@ class Unresolved(Watch):
             if isinstance(group, Motors) and (law := group.by_law(TOGETHER)):
                 for item in group.items:
                     column = f"{item.coordinate.joint}.{COLUMN[item.coordinate.kind]}"
-                    x = np.array([row[column] for row in rows])
-                    yield from self._caution(said(item.element), t, _along(law, t, x))
+                    values = _along(law, t, self.columns(column)[0])
+                    yield from self._caution(said(item.element), t, values)
 
     def _caution(self, who: str, t: Floats, values: Floats) -> Cautions:
         """Say what is missed of an impulse, if it is much.

@@ -5,13 +5,16 @@ A whole surface has one side: normals of its cells are consistently oriented.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.meshes.files.kinds import Block
 from shellmb.meshes.raw import FACETS, Cell, cell_cross, vertex_count
 
 # sides shorter than this part of the longest side of their cell are none, and cells with less
@@ -31,19 +34,19 @@ def sides(x: Floats, cells: Ints, cell: Cell) -> Floats:
     return np.asarray(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2))
 
 
-def joined(x: Floats, cells: dict[Cell, Ints], part: float) -> tuple[Ints, float]:
+def joined(x: Floats, blocks: Sequence[Block], part: float) -> tuple[Ints, float]:
     """For each node the one that it becomes, and how far it goes, in parts of its sides.
 
     Nodes become one that are closer than a part of the shortest side of the cells around them.
 
     Args:
         x: Positions of the nodes.
-        cells: Cells of each type.
+        blocks: Cells of each type.
         part: The part.
     """
     size = np.full(len(x), np.inf)
-    for cell, rows in cells.items():
-        length = sides(x, rows, cell)
+    for block in blocks:
+        rows, length = block.rows, sides(x, block.rows, block.cell)
         longest = length.max(axis=1, initial=0.0)
         shortest = np.where(length > NOTHING * longest[:, None], length, np.inf).min(axis=1)
         np.minimum.at(size, rows.ravel(), np.repeat(shortest, rows.shape[1]))
@@ -118,26 +121,19 @@ def oriented(x: Floats, cells: Ints, cell: Cell, name: str) -> Floats:
     """
     first, second, opposite = _neighbours(cells, cell, name)
     count = len(cells)
-    weights = np.where(opposite, 1, 2)  # 1: same sense, 2: turned
-    graph = scipy.sparse.coo_array((weights, (first, second)), shape=(count, count)).tocsr()
-    graph = graph + graph.T
-    parts, part = connected_components(graph, directed=False)
-    sign = np.zeros(count)
-    for p in range(parts):
-        order, parent = breadth_first_order(graph, int(np.argmax(part == p)), directed=False)
-        sign[order[0]] = 1.0
-        if len(order) > 1:
-            above = parent[order[1:]]
-            same = np.asarray(graph[above, order[1:]]).ravel() == 1
-            for c, before, as_before in zip(order[1:], above, same, strict=True):
-                sign[c] = sign[before] * (1.0 if as_before else -1.0)
-        if sign[order].sum() < 0:
-            sign[order] *= -1.0
-    if np.any((sign[first] == sign[second]) != opposite):
+    # each cell twice, as it is and turned over, and neighbours joined as they have one side
+    turned = np.where(opposite, 0, count)
+    ends = np.hstack([(first, second + turned), (first + count, second + count - turned)])
+    graph = scipy.sparse.coo_array((np.ones(ends.shape[1]), tuple(ends)), shape=(2 * count,) * 2)
+    label, over = connected_components(graph, directed=False)[1].reshape(2, count)
+    if np.any(label == over):
         raise SceneError(
             f"shell '{name}': its mesh has one side only, like a Moebius strip; "
             "cut it into shells that have two and join them"
         )
+    # the first cell of a part, as it is, has the smaller label
+    sign, part = np.where(label < over, 1.0, -1.0), np.minimum(label, over)
+    sign *= np.where(np.bincount(part, sign) < 0, -1.0, 1.0)[part]
     return np.asarray(cell_cross(x[cells[:, : vertex_count(cell)]]) * sign[:, None])
 
 
@@ -146,12 +142,9 @@ def _neighbours(cells: Ints, cell: Cell, name: str) -> tuple[Ints, Ints, np.ndar
 
     Cells with one sense of rotation run along a common facet in opposite directions.
     """
-    ring = ROUND[cell]
-    steps = {frozenset(pair) for pair in FACETS[cell]}
-    sides = [(a, b) for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
-    assert {frozenset(s) for s in sides} == steps
-    directed = np.stack([cells[:, list(s)] for s in sides], axis=1).reshape(-1, 2)
-    owner = np.repeat(np.arange(len(cells)), len(sides))
+    around = cells[:, ROUND[cell]]
+    directed = np.stack([around, np.roll(around, -1, axis=1)], axis=2).reshape(-1, 2)
+    owner = np.repeat(np.arange(len(cells)), around.shape[1])
     rising = directed[:, 0] < directed[:, 1]
     _, facet, uses = np.unique(
         np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
@@ -162,6 +155,5 @@ def _neighbours(cells: Ints, cell: Cell, name: str) -> tuple[Ints, Ints, np.ndar
             "branch, so make each part a shell and join them"
         )
     by_facet = np.argsort(facet.ravel(), kind="stable")
-    start = np.concatenate([[0], np.cumsum(uses)])[:-1][uses == 2]
-    a, b = by_facet[start], by_facet[start + 1]
+    a, b = by_facet[np.cumsum(uses)[uses == 2] - np.array([[2], [1]])]
     return owner[a], owner[b], rising[a] != rising[b]

@@ -6,6 +6,7 @@ Middle nodes are added, quadrilaterals and triangles cut.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +17,7 @@ from dolfinx.mesh import CellType
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.divided import HALVES, Part, divided, uniform
-from shellmb.meshes.raw import Cell
+from shellmb.meshes.raw import Cell, vertex_count
 
 # kind -> its cell, number of nodes; nodes are numbered as gmsh does: corners around, middles of the
 # sides in this order, middle
@@ -66,25 +67,65 @@ THIRDS = np.array(
 WHOLE = uniform("tri", 1)
 
 
-def of_one_order(x: Floats, cells: dict[str, Ints]) -> tuple[Floats, dict[Cell, Ints], int]:
-    """Cells with the nodes that they lack, in the order of DOLFINx.
+@dataclass(frozen=True)
+class Block:
+    """Cells of one type.
+
+    Args:
+        cell: The type.
+        rows: Their nodes, in the order of DOLFINx.
+        parents: Number of each, or of the one that it is a part of, among those that were read.
+    """
+
+    cell: Cell
+    rows: Ints
+    parents: Ints
+
+    @property
+    def vertices(self) -> Ints:
+        """Vertices of each cell, shape (c, 3 or 4)."""
+        return self.rows[:, : vertex_count(self.cell)]
+
+    def take(self, which: Any) -> Block:
+        """Some of the cells."""
+        return Block(self.cell, self.rows[which], self.parents[which])
+
+
+def by_type(blocks: Sequence[Block]) -> list[Block]:
+    """One block of each type, of several."""
+    found = []
+    for cell in dict.fromkeys(block.cell for block in blocks):
+        some = [block for block in blocks if block.cell == cell]
+        rows = np.concatenate([block.rows for block in some])
+        found.append(Block(cell, rows, np.concatenate([block.parents for block in some])))
+    return found
+
+
+def of_one_order(
+    found: FileContent, chosen: Sequence[int], scale: float
+) -> tuple[Floats, list[Block], int]:
+    """Cells with the nodes that they lack.
 
     The middle of a quadrilateral with eight nodes is where its (serendipity) shape functions put
     it; cells without nodes on their sides among others that have them get straight ones.
 
     Args:
-        x: Positions of the nodes, shape (n, 3).
-        cells: Cells by kind.
+        found: What was read.
+        chosen: Numbers of the cells that are taken.
+        scale: Factor of the positions.
 
     Returns:
-        Positions with those of new nodes behind them, the cells of each type, in the order of their
-        kinds, and the order of the geometry.
+        Positions with those of new nodes behind them, the cells, and the order of the geometry.
     """
-    order = 2 if any(KINDS[kind][1] in (6, 8, 9) for kind in cells) else 1
-    found: dict[Cell, list[Ints]] = {}
-    for kind, rows in cells.items():
+    numbers: dict[str, list[int]] = {}
+    for number in chosen:
+        numbers.setdefault(found.cells[number][0], []).append(number)
+    order = 2 if any(KINDS[kind][1] in (6, 8, 9) for kind in numbers) else 1
+    x, blocks = found.x * scale, []
+    for kind, own in numbers.items():
+        rows = np.array([found.cells[k][1] for k in own])
         cell: Cell = "quad" if KINDS[kind][0] == "quad" else "tri"
-        corners = 4 if cell == "quad" else 3
+        corners = vertex_count(cell)
         if order == 2 and rows.shape[1] == corners:
             ends = x[rows[:, :corners]]
             sides = (ends + np.roll(ends, -1, axis=1)) / 2
@@ -92,8 +133,9 @@ def of_one_order(x: Floats, cells: dict[str, Ints]) -> tuple[Floats, dict[Cell, 
         if order == 2 and rows.shape[1] == 8:
             middle = x[rows[:, 4:]].sum(axis=1) / 2 - x[rows[:, :4]].sum(axis=1) / 4
             x, rows = _with(x, rows, middle[:, None])
-        found.setdefault(cell, []).append(rows[:, cell_perm_array(DOLFINX[cell], rows.shape[1])])
-    return x, {cell: np.concatenate(parts) for cell, parts in found.items()}, order
+        rows = rows[:, cell_perm_array(DOLFINX[cell], rows.shape[1])]
+        blocks.append(Block(cell, rows, np.array(own)))
+    return x, by_type(blocks), order
 
 
 def _with(x: Floats, rows: Ints, more: Floats) -> tuple[Floats, Ints]:
@@ -102,9 +144,7 @@ def _with(x: Floats, rows: Ints, more: Floats) -> tuple[Floats, Ints]:
     return np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([rows, numbers], axis=1)
 
 
-def cut(
-    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], order: int, into: Cell
-) -> tuple[Floats, Ints, Ints]:
+def cut(x: Floats, blocks: Sequence[Block], order: int, into: Cell) -> tuple[Floats, Ints, Ints]:
     """All cells cut into those of one type, which fit together.
 
     Into quadrilaterals: quadrilaterals in four and triangles in three. Into triangles:
@@ -112,8 +152,7 @@ def cut(
 
     Args:
         x: Positions of the nodes.
-        cells: Cells of each type, in the order of DOLFINx.
-        parents: Number of each of them.
+        blocks: Cells of each type.
         order: Order of the geometry.
         into: The type.
 
@@ -122,10 +161,10 @@ def cut(
         each is of.
     """
     parts, origins = list[Part](), list[Ints]()
-    for cell, rows in cells.items():
-        for some, pattern in _patterns(x, rows, cell, into):
-            parts.append(Part(rows[some], cell, pattern))
-            origins.append(np.repeat(parents[cell][some], len(pattern)))
+    for block in blocks:
+        for some, pattern in _patterns(x, block.rows, block.cell, into):
+            parts.append(Part(block.rows[some], block.cell, pattern))
+            origins.append(np.repeat(block.parents[some], len(pattern)))
     x, found, _ = divided(x, parts, order, into)
     return x, np.concatenate(found), np.concatenate(origins)
 

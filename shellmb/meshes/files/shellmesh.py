@@ -6,6 +6,8 @@ Nastran's and Abaqus' files have readers of our own, others meshio's.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -16,10 +18,10 @@ from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.abaqus import read_abaqus
 from shellmb.meshes.files.gaps import gaps
 from shellmb.meshes.files.joined import doubles, empty, joined, oriented
-from shellmb.meshes.files.kinds import KINDS, FileContent, cut, of_one_order
+from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran
-from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown
 from shellmb.meshes.regions import true_at
 from shellmb.scene import Hyperelastic, Isotropic, MeshFile, Shell, Wrinkling
 from shellmb.scene.lookup import listed
@@ -77,21 +79,14 @@ def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | 
         raise SceneError(f"{who}: its mesh has nodes whose coordinates are not finite")
     chosen = _chosen(found, group, who)
     _refuse_directions(found, chosen, shell, who)
-    numbers: dict[str, list[int]] = {}
-    for number in chosen:
-        numbers.setdefault(found.cells[number][0], []).append(number)
-    rows_of = {kind: np.array([found.cells[k][1] for k in some]) for kind, some in numbers.items()}
-    x, cells, order = of_one_order(found.x * surface.scale, rows_of)
-    parents: dict[Cell, Ints] = {
-        cell: np.concatenate([numbers[k] for k in numbers if KINDS[k][0] == cell]) for cell in cells
-    }
-    cells, parents = _where(x, cells, parents, surface, who)
-    same = _joined(x, cells, surface, who)
-    cells, parents = _with_area(x, {c: same[r] for c, r in cells.items()}, parents, order, who)
+    x, blocks, order = of_one_order(found, chosen, surface.scale)
+    blocks = _where(x, blocks, surface, who)
+    same = _joined(x, blocks, surface, who)
+    blocks = _with_area(x, [replace(b, rows=same[b.rows]) for b in blocks], order, who)
     # where none is given those of the file, quadrilaterals among others
-    cell: Cell = shell.cell or ("quad" if "quad" in cells else "tri")
+    cell: Cell = shell.cell or ("quad" if any(b.cell == "quad" for b in blocks) else "tri")
     shell.check_degree(cell)
-    x, rows, parent = _of_one_type(x, cells, parents, order, cell, shell.name)
+    x, rows, parent = _of_one_type(x, blocks, order, cell, shell.name)
     used, flat = np.unique(rows, return_inverse=True)
     x, rows = x[used], flat.reshape(rows.shape)
     raw = RawMesh(
@@ -167,34 +162,28 @@ def _refuse_directions(found: FileContent, chosen: Sequence[int], shell: Shell, 
         )
 
 
-def _where(
-    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], surface: Meshed, who: str
-) -> tuple[dict[Cell, Ints], dict[Cell, Ints]]:
+def _where(x: Floats, blocks: list[Block], surface: Meshed, who: str) -> list[Block]:
     """Cells where the surface's function of the position is true in their middles."""
     if surface.where is None:
-        return cells, parents
-    middles = {c: x[rows[:, : vertex_count(c)]].mean(axis=1) for c, rows in cells.items()}
-    true = {
-        c: true_at(surface.where, at[:, None], f"{who}: where")[:, 0] for c, at in middles.items()
-    }
-    cells = {c: rows[true[c]] for c, rows in cells.items() if true[c].any()}
-    if not cells:
-        every = np.concatenate(list(middles.values()))
+        return blocks
+    middles = [x[block.vertices].mean(axis=1) for block in blocks]
+    true = [true_at(surface.where, at[:, None], f"{who}: where")[:, 0] for at in middles]
+    kept = [block.take(on) for block, on in zip(blocks, true, strict=True) if on.any()]
+    if not kept:
+        every = np.concatenate(middles)
         box = " to ".join(shown(end(every, axis=0), _size(every)) for end in (np.min, np.max))
         raise SceneError(
             f"{who}: where is true on no element of the mesh, whose middles lie in {box}; it must "
             "be true on some"
         )
-    return cells, {c: parents[c][true[c]] for c in cells}
+    return kept
 
 
-def _joined(x: Floats, cells: dict[Cell, Ints], surface: Meshed, who: str) -> Ints:
+def _joined(x: Floats, blocks: list[Block], surface: Meshed, who: str) -> Ints:
     """For each node the one that it becomes; says where parts of a mesh are joined by it."""
-    same, far = joined(x, cells, surface.merge)
+    same, far = joined(x, blocks, surface.merge)
     # nodes between corners may have been made for each cell by itself
-    corners = np.concatenate(
-        [rows[:, : vertex_count(cell)].ravel() for cell, rows in cells.items()]
-    )
+    corners = np.concatenate([block.vertices.ravel() for block in blocks])
     used, uses = np.unique(corners, return_counts=True)
     gone = used[same[used] != used]
     # where no cells share nodes, as in STL, this is how they are joined
@@ -209,74 +198,53 @@ def _joined(x: Floats, cells: dict[Cell, Ints], surface: Meshed, who: str) -> In
     return same
 
 
-def _with_area(
-    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], order: int, who: str
-) -> tuple[dict[Cell, Ints], dict[Cell, Ints]]:
+def _with_area(x: Floats, blocks: list[Block], order: int, who: str) -> list[Block]:
     """Cells without those that have no area; quadrilaterals with a corner twice are triangles."""
-    size = _size(x)
-    found: dict[Cell, list[Ints]] = {}
-    origins: dict[Cell, list[Ints]] = {}
-    for cell, rows in cells.items():
-        none = empty(x, rows, cell)
+
+    def said(block: Block, which: Any, one: str, several: str, what: str) -> str:
+        at = x[block.vertices[which]].mean(axis=1)
+        return f"{who}: {_many(len(at), 'element', one, several)} {what}, at {_places(at, size)}"
+
+    size, found = _size(x), list[Block]()
+    for each in blocks:
+        none = empty(x, each.rows, each.cell)
         if none.any():
-            at = x[rows[none, : vertex_count(cell)]].mean(axis=1)
-            warn(
-                f"{who}: {_many(len(at), 'element', 'has', 'have')} no area and no part in the "
-                f"shell, at {_places(at, size)}"
-            )
-        rows, parent = rows[~none], parents[cell][~none]
-        ends = rows[:, np.array(FACETS[cell])]
+            warn(said(each, none, "has", "have", "no area and no part in the shell"))
+        block = each.take(~none)
+        ends = block.rows[:, np.array(FACETS[block.cell])]
         short = ends[:, :, 0] == ends[:, :, 1]
-        corners = np.sort(rows[:, : vertex_count(cell)], axis=1)
-        twice = (np.diff(corners, axis=1) == 0).any(axis=1)
-        as_triangle = (short.sum(axis=1) == 1) & (order == 1) & (cell == "quad")
-        if (twice & ~as_triangle).any():
-            at = x[rows[twice & ~as_triangle, : vertex_count(cell)]].mean(axis=1)
-            raise SceneError(
-                f"{who}: {_many(len(at), 'element', 'has', 'have')} a node twice, at "
-                f"{_places(at, size)}; "
-                "their nodes must be different ones"
-            )
-        again = doubles(rows, cell)
-        if len(again):
-            at = x[rows[again, : vertex_count(cell)]].mean(axis=1)
-            raise SceneError(
-                f"{who}: {_many(len(at), 'element', 'is', 'are')} there twice, at "
-                f"{_places(at, size)}; "
-                "each must be there once"
-            )
-        found.setdefault(cell, []).append(rows[~as_triangle])
-        origins.setdefault(cell, []).append(parent[~as_triangle])
+        twice = (np.diff(np.sort(block.vertices, axis=1), axis=1) == 0).any(axis=1)
+        as_triangle = (short.sum(axis=1) == 1) & (order == 1) & (block.cell == "quad")
+        if (wrong := twice & ~as_triangle).any():
+            says = said(block, wrong, "has", "have", "a node twice")
+            raise SceneError(f"{says}; their nodes must be different ones")
+        if len(again := doubles(block.rows, block.cell)):
+            says = said(block, again, "is", "are", "there twice")
+            raise SceneError(f"{says}; each must be there once")
+        found.append(block.take(~as_triangle))
         if as_triangle.any():
-            ring = rows[as_triangle][:, [0, 1, 3, 2]]
+            ring = block.rows[as_triangle][:, [0, 1, 3, 2]]
             keep = ring != np.roll(ring, 1, axis=1)
-            found.setdefault("tri", []).append(ring[keep].reshape(-1, 3))
-            origins.setdefault("tri", []).append(parent[as_triangle])
-    joint = {cell: np.concatenate(parts) for cell, parts in found.items()}
-    kept = {cell: rows for cell, rows in joint.items() if len(rows)}
+            found.append(Block("tri", ring[keep].reshape(-1, 3), block.parents[as_triangle]))
+    kept = [block for block in by_type(found) if len(block.rows)]
     if not kept:
         raise SceneError(f"{who}: all elements of its mesh are without area; some must have one")
-    return kept, {cell: np.concatenate(origins[cell]) for cell in kept}
+    return kept
 
 
 def _of_one_type(
-    x: Floats,
-    cells: dict[Cell, Ints],
-    parents: dict[Cell, Ints],
-    order: int,
-    wanted: Cell,
-    name: str,
+    x: Floats, blocks: list[Block], order: int, wanted: Cell, name: str
 ) -> tuple[Floats, Ints, Ints]:
     """Cells of the shell's type, and the number of the one that each is a part of."""
-    if len(cells) == 1:
-        ((cell, rows),) = cells.items()
+    if len(blocks) == 1:
+        cell = blocks[0].cell
         if cell != wanted:
             raise SceneError(
                 f"shell '{name}': the mesh has {NAMES[cell]}; cell must be '{cell}', not '{wanted}'"
             )
-        return x, rows, parents[cell]
-    counts = {cell: len(rows) for cell, rows in cells.items()}
-    x, rows, parent = cut(x, cells, parents, order, wanted)
+        return x, blocks[0].rows, blocks[0].parents
+    counts = {block.cell: len(block.rows) for block in blocks}
+    x, rows, parent = cut(x, blocks, order, wanted)
     done = (
         "each quadrilateral is cut into four of them, each triangle into three"
         if wanted == "quad"

@@ -11,6 +11,7 @@ from mpi4py import MPI
 import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
+from dolfinx import fem
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
@@ -112,7 +113,7 @@ def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: 
     facets = facets[facets < mesh.topology.index_map(1).size_local]
     ends = _vertices_of(shell, facets)
     order = mesh.geometry.cmaps[0].degree
-    nodes = _displacement_nodes(mesh, space, facets)
+    nodes = _displacement_nodes(space, facets)
     corners = mesh.geometry.x[ends].reshape(len(facets), order + 1 if len(facets) else 2, 3)
     x = space.tabulate_dof_coordinates()[nodes].reshape(*nodes.shape, 3)
     index_map = mixed.space.dofmap.index_map
@@ -145,18 +146,13 @@ def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: 
     return {key: values[number] for key, values in every.items()}
 
 
-def _displacement_nodes(mesh: dolfinx.mesh.Mesh, space: object, facets: Int32s) -> Int32s:
+def _displacement_nodes(space: fem.FunctionSpace, facets: Int32s) -> Int32s:
     """Local nodes of a space on edges, in any order, shape (m, k + 1)."""
-    dofmap = space.dofmap  # type: ignore[attr-defined]
-    to_cell = mesh.topology.connectivity(1, 2)
-    to_facet = mesh.topology.connectivity(2, 1)
-    rows = []
-    for facet in facets:
-        cell = to_cell.links(facet)[0]
-        local = int(np.flatnonzero(to_facet.links(cell) == facet)[0])
-        rows.append(dofmap.cell_dofs(cell)[dofmap.dof_layout.entity_closure_dofs(1, local)])
-    width = len(dofmap.dof_layout.entity_closure_dofs(1, 0))
-    return np.array(rows, dtype=np.int32).reshape(-1, width)
+    closure = np.array(space.element.basix_element.entity_closure_dofs[1])
+    to_cell, to_facet = (space.mesh.topology.connectivity(*d) for d in ((1, 2), (2, 1)))
+    cells = to_cell.array[to_cell.offsets[facets]]
+    sides = to_facet.array.reshape(-1, len(closure))[cells] == facets[:, None]
+    return np.asarray(space.dofmap.list[cells[:, None], closure[sides.argmax(axis=1)]])
 
 
 def _chain(vertices: Ints, who: str) -> tuple[list[int], bool]:

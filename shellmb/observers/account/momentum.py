@@ -49,7 +49,7 @@ class Momentum(DeferredObserver):
     """
 
     drift = Booked[Row]()
-    remembered = ("_initial", "_drift", "_largest", "_gross")
+    remembered = ("_initial", "_drift", "_largest", "_gross", "_impulses")
 
     def __init__(self, account: EnergyAccount) -> None:
         super().__init__()
@@ -59,9 +59,7 @@ class Momentum(DeferredObserver):
         self._initial = np.zeros((0, 3))
         # both momenta now, and impulses so far: of loads, of supports, and of impacts at which
         # something begins to act
-        self._vectors = np.zeros((4, 2, 3))
-        self._now_vectors, self._impulses = self._vectors[0], self._vectors[1:]
-        self._loads, self._supports, self._impacts = self._impulses
+        self._now_vectors, self._impulses = np.zeros((2, 3)), np.zeros((3, 2, 3))
         self._largest = dict.fromkeys(KINDS, 0.0)
         self._gross = self._slowest = 0.0
 
@@ -86,10 +84,10 @@ class Momentum(DeferredObserver):
         self._mass = self._total_mass(simulation, bodies)
         self._take()
         if not len(self._initial):
-            self._initial = self._now_vectors.copy()
+            self._initial = self._now_vectors
         for kind in KINDS:
             self._drift.setdefault(kind, 0.0)
-        self._sizes(self._vectors[:, None])
+        self._sizes(np.stack([self._now_vectors, *self._impulses])[:, None])
 
     def _functionals(self, simulation: Simulation, bodies: list[Any]) -> DeferredValues:
         """Both momenta, six numbers."""
@@ -114,7 +112,7 @@ class Momentum(DeferredObserver):
 
     def _take(self) -> None:
         self._momenta.take(0)
-        self._now_vectors.flat = self._momenta.of(slice(0, 1))
+        self._now_vectors = self._momenta.of(slice(0, 1)).reshape(2, 3).copy()
         self.begin(_columns(self._now_vectors[None])[0])
 
     def _sizes(self, vectors: Floats) -> None:
@@ -133,9 +131,9 @@ class Momentum(DeferredObserver):
         if not self._dynamic or not self._held:
             # the impact of one body on another changes nothing
             return
-        before = self._now_vectors.copy()
+        before = self._now_vectors
         self._take()
-        self._impacts += self._now_vectors - before
+        self._impulses[2] += self._now_vectors - before
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the impulses of the step."""
@@ -157,18 +155,18 @@ class Momentum(DeferredObserver):
         if not self._dynamic:
             return [{} for _ in range(*rows.indices(STEPS))]
         after = self._momenta.of(rows).reshape(-1, 2, 3)
-        before = [*self._loads.ravel(), *self._supports.ravel(), self._gross]
+        before = [*self._impulses[:2].ravel(), self._gross]
         sums = np.add.accumulate(np.vstack([before, self._impulse.of_steps(rows)]))[1:]
         self._gross = float(sums[-1, 12])
         loads, supports = sums[:, :12].reshape(-1, 2, 2, 3).swapaxes(0, 1)
-        impacts = np.broadcast_to(self._impacts, loads.shape)
+        impacts = np.broadcast_to(self._impulses[2], loads.shape)
         vectors = np.stack([after, loads, supports, impacts])
         left = after - self._initial - np.add.reduce(vectors[1:])
         drift = np.linalg.norm(left, axis=2).max(axis=0)
         for kind, largest in zip(KINDS, drift.tolist(), strict=True):
             self._drift[kind] = max(self._drift[kind], largest)
         self._sizes(vectors)
-        self._vectors[:] = vectors[:, -1]
+        self._now_vectors, self._impulses = vectors[0, -1].copy(), vectors[1:, -1].copy()
         return _columns(after)
 
     def relative_drift(self, kind: str) -> float | None:
@@ -185,15 +183,6 @@ class Momentum(DeferredObserver):
             least *= self._length
         scale = max(self._largest[kind], least)
         return self.drift[kind] / scale if self.drift[kind] > 0 else 0.0
-
-    def kept(self) -> dict[str, Any]:
-        """The sums and largest values so far."""
-        return super().kept() | {"impulses": self._impulses.tolist()}
-
-    def take_up(self, state: dict[str, Any]) -> None:
-        """Take up saved sums."""
-        super().take_up(state)
-        self._impulses[:] = state["impulses"]
 
 
 def _columns(momenta: Floats) -> list[Row]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -26,6 +26,8 @@ from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
 
 type Read = Callable[[Floats], Floats]
+
+RESULTANTS, SLOPES, OWN = "resultants", "slopes", "own"
 
 STRAINS = {
     "shell": (*SPRINGS, "gam 13", "gam 23"),
@@ -49,6 +51,20 @@ FACES: dict[str, Callable[[Shell, Layup], Read]] = {
 }
 
 
+class _Field(NamedTuple):
+    """A field, by how it is read.
+
+    Args:
+        components: Names of its components; none of a scalar.
+        read: Gives it from what it follows from, by rows of all nodes.
+        source: What that is: the `RESULTANTS`, also with their `SLOPES`, or `OWN` strains.
+    """
+
+    components: tuple[str, ...]
+    read: Read
+    source: str = RESULTANTS
+
+
 class ChosenFields:
     """Fields of one body, from means of its resultants over the elements at each node.
 
@@ -67,93 +83,24 @@ class ChosenFields:
     def __init__(
         self, simulation: Simulation, body: ShellModel | BeamModel, names: tuple[str, ...]
     ) -> None:
-        self.components: dict[str, tuple[str, ...]] = {}
-        self._derived: dict[str, Read] = {}
-        self._own: dict[str, Read] = {}
-        # from the resultants with their derivatives along the surface
-        self._steep: dict[str, Read] = {}
-        self._dynamic = simulation.scheme.dynamic
+        self._dynamic, self._fields = simulation.scheme.dynamic, dict[str, _Field]()
         for name in names:
             if name not in JUDGED:
-                self._add(body, name)
+                self._fields |= _fields(body, name, self._dynamic)
+        self.components = {name: field.components for name, field in self._fields.items()}
         judged_names = tuple(name for name in names if name in JUDGED)
         self._judging = self._judge(simulation.scene, body, judged_names)
-        slopes = bool(self._steep or self._judging)
+        sources = {field.source for field in self._fields.values()}
+        sources |= {SLOPES} if self._judging else set()
         self._resultants: NodalResultants | None = None
-        if self._derived or slopes:
+        if sources - {OWN}:
             found = resultants_of(simulation, body, layers=isinstance(body, ShellModel))
-            self._resultants = NodalResultants(body, found, slopes)
+            self._resultants = NodalResultants(body, found, SLOPES in sources)
         self._strained: NodalResultants | None = None
-        if self._own:
+        if OWN in sources:
             modal = body.name in modal_members(simulation.model)
             strained = ModalStrained(simulation, body.name) if modal else Strained(simulation, body)
             self._strained = NodalResultants(body, strained)
-
-    def _add(self, body: ShellModel | BeamModel, name: str) -> None:
-        known = FIELDS[name].components
-        if name in PARTS:
-            self.components[name], self._derived[name] = known, itemgetter(PARTS[name])
-        elif name == "principal_N":
-            principal = section.principal
-            self.components[name] = known
-            self._derived[name] = lambda R: principal(R[PARTS["N"]])
-        elif name in ("strains", "energy_density"):
-            self._add_strains(body, name)
-        else:
-            assert isinstance(body, ShellModel)
-            shell, at = body.shell, section.layup(body, self._dynamic)
-            if name in FACES:
-                self.components[name], self._derived[name] = known, FACES[name](shell, at)
-                return
-            if name == "natural_factor":
-                self._add_factor(at)
-                return
-            if name == "branch_strains":
-                self._add_springs(shell, at)
-                return
-            if name == "ply_stress":
-                to = self._derived
-                each = [section.ply_stress(shell, at, k) for k in range(len(at.layers))]
-            else:
-                to = self._steep
-                each = [partial(interlaminar, rows) for rows in ply_rows(shell, at)]
-                self._add_springs(shell, at)
-                if section.held_plies(shell):
-                    self._add_factor(at)
-            for k, read in enumerate(each, start=1):
-                self.components[f"{name}_{k}"], to[f"{name}_{k}"] = known, read
-
-    def _add_factor(self, at: Layup) -> None:
-        """Factor of natural strains of plies, which `Run.plies` needs, too."""
-        self.components["natural_factor"] = ()
-        self._derived["natural_factor"] = itemgetter(np.s_[:, 6 * (1 + len(at.branches))])
-
-    def _add_springs(self, shell: Shell, at: Layup) -> None:
-        """Strains of branches, which `Run.plies` needs beside resultants."""
-        compliance = section.shell_compliance(shell, at)[..., :6, :6]
-        for k in range(1, len(at.branches) + 1):
-            name, others = f"branch_strains_{k}", np.zeros((*compliance.shape[:-1], 6 * k))
-            rows = np.concatenate([others, compliance], axis=-1)
-            self.components[name], self._derived[name] = SPRINGS, section.strains_by(rows)
-
-    def _add_strains(self, body: Any, name: str) -> None:
-        """Strains or their energy, which follow from resultants of linear sections only."""
-        beam = isinstance(body, BeamModel)
-        kind, described = ("beam", body.beam) if beam else ("shell", body.shell)
-        size, strains = len(STRAINS[kind]), name == "strains"
-        self.components[name] = STRAINS[kind] if strains else FIELDS[name].components
-        if described.section.relaxes or not (beam or isinstance(described.section, LinearSection)):
-            self._own[name] = itemgetter(np.s_[:, :size] if strains else np.s_[:, size])
-            return
-        make = section.strains_by if strains else section.energy_by
-        # of the resultants that are conjugate to strains, which stand last
-        if beam:
-            compliance, count = section.beam_compliance(described), 6
-        else:
-            at = section.layup(body, self._dynamic)
-            compliance, count = section.shell_compliance(described, at), 8
-        read = make(compliance)
-        self._derived[name] = lambda R: read(R[:, -count:])
 
     def _judge(
         self, scene: Scene, body: ShellModel | BeamModel, names: tuple[str, ...]
@@ -186,14 +133,66 @@ class ChosenFields:
         found: dict[str, Floats] = {}
         if self._resultants is not None:
             both = self._resultants.now()
-            R = both[:, : self._resultants.size]
-            found |= {name: read(R) for name, read in self._derived.items()}
-            found |= {name: read(both) for name, read in self._steep.items()}
+            found |= self._read(RESULTANTS, both[:, : self._resultants.size])
+            found |= self._read(SLOPES, both)
             found |= self._judging(both) if self._judging else {}
         if self._strained is not None:
-            E = self._strained.now()
-            found |= {name: read(E) for name, read in self._own.items()}
+            found |= self._read(OWN, self._strained.now())
         return found
+
+    def _read(self, source: str, values: Floats) -> dict[str, Floats]:
+        fields = self._fields.items()
+        return {name: field.read(values) for name, field in fields if field.source == source}
+
+
+def _fields(body: Any, name: str, dynamic: bool) -> dict[str, _Field]:
+    """Fields by which one that is requested is in files, but for those of reserve factors."""
+    known = FIELDS[name].components
+    if name in PARTS:
+        return {name: _Field(known, itemgetter(PARTS[name]))}
+    if name == "principal_N":
+        return {name: _Field(known, lambda R: section.principal(R[PARTS["N"]]))}
+    if name in ("strains", "energy_density"):
+        return {name: _strains(body, name, dynamic)}
+    shell, at = body.shell, section.layup(body, dynamic)
+    if name in FACES:
+        return {name: _Field(known, FACES[name](shell, at))}
+    if name == "ply_stress":
+        each = [section.ply_stress(shell, at, k) for k in range(len(at.layers))]
+        return {f"{name}_{k}": _Field(known, read) for k, read in enumerate(each, start=1)}
+    factor = {"natural_factor": _Field((), itemgetter(np.s_[:, 6 * (1 + len(at.branches))]))}
+    if name == "natural_factor":
+        return factor
+    compliance, springs = section.shell_compliance(shell, at)[..., :6, :6], dict[str, _Field]()
+    for k in range(1, len(at.branches) + 1):
+        others = np.zeros((*compliance.shape[:-1], 6 * k))
+        rows = np.concatenate([others, compliance], axis=-1)
+        springs[f"branch_strains_{k}"] = _Field(SPRINGS, section.strains_by(rows))
+    if name == "branch_strains":
+        return springs
+    # `Run.plies` needs both beside resultants
+    beside = springs | (factor if section.held_plies(shell) else {})
+    return beside | {
+        f"{name}_{k}": _Field(known, partial(interlaminar, rows), SLOPES)
+        for k, rows in enumerate(ply_rows(shell, at), start=1)
+    }
+
+
+def _strains(body: Any, name: str, dynamic: bool) -> _Field:
+    """Strains or their energy, which follow from resultants of linear sections only."""
+    beam, strains = isinstance(body, BeamModel), name == "strains"
+    kind, described = ("beam", body.beam) if beam else ("shell", body.shell)
+    size = len(STRAINS[kind])
+    components = STRAINS[kind] if strains else FIELDS[name].components
+    if described.section.relaxes or not (beam or isinstance(described.section, LinearSection)):
+        return _Field(components, itemgetter(np.s_[:, :size] if strains else np.s_[:, size]), OWN)
+    make = section.strains_by if strains else section.energy_by
+    # of the resultants that are conjugate to strains, which stand last
+    if beam:
+        read, count = make(section.beam_compliance(described)), 6
+    else:
+        read, count = make(section.shell_compliance(described, section.layup(body, dynamic))), 8
+    return _Field(components, lambda R: read(R[:, -count:]))
 
 
 def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:

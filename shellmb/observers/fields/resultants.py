@@ -133,19 +133,30 @@ class Resultants:
         """Derivatives of a number by values at points, from those by `elements`, alike shaped."""
         return np.asarray(np.einsum("np,enk->epk", self._continued, slopes))
 
-    def sums(self, nodes: Int32s, quantity: str) -> Floats:
-        """Sum of the elements' values at nodes, in N, N m or per m, and their number, shape (4,).
+    def weights(self, places: Sequence[tuple[Int32s, float]]) -> Floats:
+        """Weights of the elements' values at their nodes, shape (elements, nodes); collective.
 
         Args:
-            nodes: Local numbers, owned or ghost; elements of this rank alone count.
+            places: Local nodes of each place, owned or ghost, and the share of the mean of what
+                elements have there.
+        """
+        here = [np.isin(self._nodes, nodes) for nodes, _ in places]
+        counts = self._simulation.model.comm.allreduce(np.array([np.sum(each) for each in here]))
+        shares = zip(here, places, counts, strict=True)
+        return np.asarray(sum(each * (share / n) for each, (_, share), n in shares))
+
+    def at(self, weights: Floats, quantity: str) -> Floats:
+        """Part of this rank in a resultant, N, N m or per m, shape (3,); collective.
+
+        Args:
+            weights: Those of a point.
             quantity: Which of the resultants; the third component of a shear force is zero.
         """
-        total, places = np.zeros(4), np.isin(self._nodes, nodes)
-        if places.any():
-            components = list(RESULTANTS[quantity])
-            total[: len(components)] = self.elements()[places].sum(axis=0)[components]
-            total[3] = places.sum()
-        return total
+        found, components = np.zeros(3), RESULTANTS[quantity]
+        cells, nodes = np.nonzero(weights)
+        values = self.elements()[cells, nodes]
+        found[: len(components)] = weights[cells, nodes] @ values[:, components]
+        return found
 
 
 class LayerResultants(Resultants):

@@ -24,7 +24,7 @@ from shellmb.model.model import Model
 from shellmb.observers.columns import KeptColumns
 from shellmb.observers.deferred_observer import Row
 from shellmb.observers.forces.joints import JointColumns, Span, span_of_state, span_of_step
-from shellmb.observers.forces.reactions import Arms, Assembled, HeldForces
+from shellmb.observers.forces.reactions import Assembled, HeldForces
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation
@@ -52,26 +52,22 @@ class SupportForces:
     def __init__(self, problem: Assembled, model: Model, balance: Sequence[str] = (END,)) -> None:
         self._rows = [HeldForces(problem, model, stage) for stage in balance]
         self._comm = model.comm
-        self._places: list[tuple[int, Bools]] = []
-        places: dict[str, int] = {}
+        # by place: number of the body, and its nodes there
+        self._places: dict[str, tuple[int, Bools]] = {}
         numbers = {carrier.name: k for k, carrier in enumerate(self._rows[0].carriers)}
         taken: dict[str, Bools] = {}
         for support in model.scene.supports:
             where: Any = getattr(support, "at", None)
             for described in model.scene.bodies_of(support):
                 body = model.meshed[described.name]
-                count = len(body.mixed.nodes("u"))
-                name = f"{body.name}.{_place(where)}"
-                if name not in places:
-                    places[name] = len(self._places)
-                    self._places.append((numbers[body.name], np.zeros(count, dtype=bool)))
-                mine = self._places[places[name]][1]
-                found = np.zeros(count, dtype=bool)
+                none, name = np.zeros(len(body.mixed.nodes("u")), dtype=bool), body.name
+                place = numbers[name], none.copy()
+                _, mine = self._places.setdefault(f"{name}.{_place(where)}", place)
+                here, found = taken.setdefault(name, none.copy()), none
                 found[local_nodes(body, where, said(support))] = True
-                here = taken.setdefault(body.name, np.zeros(count, dtype=bool))
                 mine |= found & ~here
                 here |= found
-        self.names = [f"{place}.{component}" for place in places for component in COMPONENTS]
+        self.names = [f"{place}.{component}" for place in self._places for component in COMPONENTS]
 
     def __call__(self, span: Callable[[str], Span]) -> dict[str, float]:
         """Columns of the history; collective.
@@ -85,12 +81,12 @@ class SupportForces:
             forces = held.nodal(slice(1))
             if forces is None:
                 continue
-            for row, (k, marks) in enumerate(self._places):
+            for row, (k, marks) in enumerate(self._places.values()):
                 carrier = held.carriers[k]
                 start, end, middle = span(carrier.name)
                 # the first moment of a force in time is no force, and acts on the way
-                arms = Arms((end - start)[None] / 2, 0.0) if number else Arms(middle[None], 1.0)
-                ((found,),), _ = carrier.resultants(arms, [forces], marks)
+                q, whole = ((end - start) / 2, 0.0) if number else (middle, 1.0)
+                ((found,),), _ = carrier.resultants(q[None], whole, [forces], marks)
                 first = 3 * number
                 sums[row, first:] += found[first:]
         self._comm.Allreduce(MPI.IN_PLACE, sums)

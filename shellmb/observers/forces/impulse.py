@@ -25,7 +25,7 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compile_all
 from shellmb.observers.deferred_observer import STEPS, SharedTable
-from shellmb.observers.forces.reactions import Arms, HeldForces, gathered
+from shellmb.observers.forces.reactions import HeldForces, gathered
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.deferred import DeferredValues
@@ -131,8 +131,8 @@ class _BalanceRow:
         forces = [self._nodal(steps), self._held.nodal(steps)]
         there = [(k, f) for k, f in enumerate(forces) if f is not None]
         for carrier, states in zip(self._held.carriers, self._states, strict=True):
-            arms = Arms(states[steps], whole=1.0 if self._first else 0.0)
-            found, gross = carrier.resultants(arms, [f for _, f in there])
+            whole = 1.0 if self._first else 0.0
+            found, gross = carrier.resultants(states[steps], whole, [f for _, f in there])
             # the first moment of a force in time is no impulse
             first = 0 if self._first else 3
             for (k, _), rows in zip(there, found, strict=True):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 
@@ -50,7 +51,6 @@ class JointForces(DeferredObserver):
 
     def __init__(self) -> None:
         super().__init__()
-        self._joints: list[str] = []
         self._found = np.zeros((0, 4, 3))
         self._freedoms = FreeCoordinates()
 
@@ -62,13 +62,9 @@ class JointForces(DeferredObserver):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
-        self._loops = group_loops(problem, mechanism, simulation.scheme.balance)
-        self._joints, self._names = list(mechanism.joints), column_names(mechanism)
-        self._found = np.zeros((len(self._joints), 4, 3))
-        # of each step: states of the groups, and forces
-        self._spans = [Span(*np.zeros((3, STEPS, loop.size))) for loop in self._loops]
-        self._forces = SharedTable(simulation.model.comm, self._found.shape)
-        columns: Row = dict.fromkeys(self._names, float("nan"))
+        self._forces = JointColumns(simulation.model, problem, simulation.scheme.balance)
+        self._found = np.zeros((len(mechanism.joints), 4, 3))
+        columns: Row = dict.fromkeys(self._forces.names, float("nan"))
         self._freedoms.start(simulation)
         columns |= self._freedoms.values
         # dampers have no forces in statics
@@ -93,10 +89,7 @@ class JointForces(DeferredObserver):
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the forces of the step."""
-        for loop, kept in zip(self._loops, self._spans, strict=True):
-            for states, state in zip(kept, span_of_step(simulation, loop.name), strict=True):
-                states[row] = state
-            loop.take(row)
+        self._forces.take(partial(span_of_step, simulation), row)
         read: Row = {}
         for group, works in self._elements:
             acted = group.acted(works.find())
@@ -104,12 +97,6 @@ class JointForces(DeferredObserver):
                 acted = acted + gathered(group.nodes, branches.forces(mean=True))
             read |= group.columns(acted)
         self._read[row] = read
-        self._forces.take(row, self._act)
-
-    def _act(self, rows: slice, forces: Floats) -> None:
-        """Forces of some steps on this rank."""
-        for loop, kept in zip(self._loops, self._spans, strict=True):
-            loop.add(forces, Span(*(states[rows] for states in kept)), rows)
 
     @property
     def acting(self) -> dict[str, Floats]:
@@ -118,7 +105,7 @@ class JointForces(DeferredObserver):
         Zero before the first step.
         """
         self.book()
-        return dict(zip(self._joints, self._found[:, 2:], strict=True))
+        return dict(zip(self._forces.joints, self._found[:, 2:], strict=True))
 
     def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the coordinates."""
@@ -128,19 +115,13 @@ class JointForces(DeferredObserver):
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Find forces in the axes of the joints, and count turns."""
-        forces = self._forces.of(rows, self._act)
+        forces = self._forces.of(rows)
         self._found = forces[-1].copy()
+        each = self._forces.columns(forces), self._read[rows], self._freedoms.count(rows)
         found = []
-        for values, read, turned in zip(
-            forces[:, :, :2].reshape(len(forces), len(self._names)).tolist(),
-            self._read[rows],
-            self._freedoms.count(rows),
-            strict=True,
-        ):
-            self._columns |= zip(self._names, values, strict=True)
-            self._columns |= read
-            self._columns |= turned
-            found.append(dict(self._columns))
+        for values, read, turned in zip(*each, strict=True):
+            self._columns = {**self._columns, **values, **read, **turned}
+            found.append(self._columns)
         return found
 
 
@@ -173,56 +154,68 @@ def span_of_state(simulation: Simulation, name: str) -> Span:
     return Span(*[np.asarray(simulation.problem.levels[name].q.x.array)] * 3)
 
 
-def group_loops(
-    problem: Assembled,
-    mechanism: Mechanism,
-    balance: Sequence[str] = (END,),
-) -> list[GroupForces]:
-    """Loops that find the forces of all joints.
-
-    Args:
-        problem: The system that has their multipliers.
-        mechanism: The joints.
-        balance: Stages of the rows that balance momenta, as of a scheme.
-    """
-    number = {name: k for k, name in enumerate(mechanism.joints)}
-    loops = [
-        GroupForces(problem, group, joints_of(group), number, balance) for group in mechanism.groups
-    ]
-    for screws in mechanism.screws:
-        for group in {c.group.name: c.group for pair in screws.members for c in pair}.values():
-            loops.append(PitchForces(problem, group, mechanism.joints, number, balance, screws))
-    return loops
-
-
 class JointColumns:
-    """Forces and moments of all joints in their frames as columns of the history.
+    """Forces and moments of all joints, also in their frames as columns of the history.
 
     Args:
         model: The bodies.
         problem: The system that has the multipliers of joints.
         balance: Stages of the rows that balance momenta, as of a scheme.
+
+    Attributes:
+        joints: Names of the joints.
+        names: Names of their columns.
     """
 
     def __init__(self, model: Model, problem: Assembled, balance: Sequence[str] = (END,)) -> None:
-        self._comm, self._names = model.comm, column_names(model.mechanism)
-        self._groups = group_loops(problem, model.mechanism, balance)
-        self._found = np.zeros((1, len(model.mechanism.joints), 4, 3))
+        mechanism = model.mechanism
+        self.joints, self.names = list(mechanism.joints), column_names(mechanism)
+        number = {name: k for k, name in enumerate(self.joints)}
+        self._groups = [
+            GroupForces(problem, group, joints_of(group), number, balance)
+            for group in mechanism.groups
+        ]
+        for screws in mechanism.screws:
+            groups = {c.group.name: c.group for pair in screws.members for c in pair}.values()
+            self._groups += [
+                PitchForces(problem, group, mechanism.joints, number, balance, screws)
+                for group in groups
+            ]
+        # of each step: states of the groups, and forces
+        self._spans = [Span(*np.zeros((3, STEPS, group.size))) for group in self._groups]
+        self._forces = SharedTable(model.comm, (len(number), 4, 3))
 
-    def __call__(self, at: Callable[[str], Span]) -> Row:
-        """Columns now; collective.
+    def take(self, at: Callable[[str], Span], row: int = 0) -> None:
+        """Take the forces of a step; collective.
 
         Args:
             at: States of a group over which forces act, by its name.
+            row: Which of the steps that are kept it becomes.
         """
-        self._found[:] = 0.0
-        for group in self._groups:
-            group.take(0)
-            span = Span(*(state[None] for state in at(group.name)))
-            group.add(self._found, span, slice(0, 1))
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, self._found)
-        return dict(zip(self._names, self._found[0, :, :2].ravel().tolist(), strict=True))
+        for group, kept in zip(self._groups, self._spans, strict=True):
+            for states, state in zip(kept, at(group.name), strict=True):
+                states[row] = state
+            group.take(row)
+        self._forces.take(row, self._add)
+
+    def _add(self, rows: slice, forces: Floats) -> None:
+        """Forces of some steps on this rank."""
+        for group, kept in zip(self._groups, self._spans, strict=True):
+            group.add(forces, Span(*(states[rows] for states in kept)), rows)
+
+    def of(self, rows: slice) -> Floats:
+        """Forces and moments of some steps in the joints' frames and the scene's, (k, n, 4, 3)."""
+        return self._forces.of(rows, self._add)
+
+    def columns(self, forces: Floats) -> list[Row]:
+        """Columns of some steps, of their forces and moments."""
+        rows = forces[:, :, :2].reshape(len(forces), len(self.names)).tolist()
+        return [dict(zip(self.names, row, strict=True)) for row in rows]
+
+    def __call__(self, at: Callable[[str], Span]) -> Row:
+        """Columns now; collective; arguments as of `take`."""
+        self.take(at)
+        return self.columns(self.of(slice(0, 1)))[0]
 
 
 def column_names(mechanism: Mechanism) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from dolfinx import fem
@@ -51,18 +51,6 @@ def resistance(
     number = problem.number(name, stage or problem.last)
     forms = [form for form, rows in problem.system.residual_forms if rows == (number,)]
     return residuals_of_steps(problem.system, number, forms, steps)
-
-
-class Arms(NamedTuple):
-    """Points at which forces act on a body.
-
-    Args:
-        q: Dofs of some states, or changes of them, shape (k, dofs).
-        whole: One for states; zero for changes, which are arms by themselves.
-    """
-
-    q: Floats
-    whole: float
 
 
 def gathered(system: BlockSystem, local: Floats, reactions: Floats | None = None) -> Floats:
@@ -158,12 +146,13 @@ class Carrier:
             self._counted[link.dofs] = 0.0
 
     def resultants(
-        self, arms: Arms, forces: Sequence[Floats], nodes: Bools | None = None
+        self, q: Floats, whole: float, forces: Sequence[Floats], nodes: Bools | None = None
     ) -> tuple[Floats, Floats]:
         """Force and moment of several sets of forces in some steps, and their gross size.
 
         Args:
-            arms: Where they act.
+            q: Dofs of some states, or changes of them, shape (k, dofs): points at which they act.
+            whole: One for states; zero for changes, which are arms by themselves.
             forces: Nodal forces of the whole system on this rank, of each set, shape (k, n).
             nodes: Markers of the nodes that count, shape (n,); None: all, and all that turns with
                 the body and does not move with it.
@@ -177,9 +166,9 @@ class Carrier:
             marked = self._nodes.dofs_of(nodes)
             counted = np.zeros(len(counted))
             counted[marked] = self._counted[marked]
-        found = np.zeros((len(forces), len(arms.q), 7))
+        found = np.zeros((len(forces), len(q), 7))
         for rows, values in zip(found, forces, strict=True):
-            rows[:] = self._sums.resultants(arms.q, arms.whole, values[:, self._where], counted)
+            rows[:] = self._sums.resultants(q, whole, values[:, self._where], counted)
         return found[..., :6], found[..., 6].sum(axis=0)
 
 
@@ -196,12 +185,12 @@ class ArmCarrier:
         self._rest = body.arms[body.nodes.item]
 
     def resultants(
-        self, arms: Arms, forces: Sequence[Floats], nodes: Bools | None = None
+        self, q: Floats, whole: float, forces: Sequence[Floats], nodes: Bools | None = None
     ) -> tuple[Floats, Floats]:
         """Moments of several sets of forces in some steps, as of `Carrier`."""
-        count = len(arms.q)
+        count = len(q)
         found, gross = np.zeros((len(forces), count, 6)), np.zeros(count)
-        x = arms.whole * self._rest + arms.q[:, self._dofs].reshape(count, -1, 3)
+        x = whole * self._rest + q[:, self._dofs].reshape(count, -1, 3)
         for rows, values in zip(found, forces, strict=True):
             # in one order, however many steps there are: others give sums with another last digit
             force = np.ascontiguousarray(values[:, self._where][:, self._dofs])

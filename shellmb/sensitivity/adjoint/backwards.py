@@ -10,7 +10,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.observers.probes import places_of, plain_spot
+from shellmb.observers.fields.nodal import Nodes
+from shellmb.observers.probes import spot_of
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
@@ -43,19 +44,15 @@ class Reading:
 
     def __init__(self, simulation: Simulation, probe: Probe) -> None:
         (given,) = simulation.scene.bodies_of(probe)
-        who = f"probe '{probe.name}'"
-        dofs, weights = [], []
-        for place, weight in zip(*places_of(simulation, given.name, probe), strict=True):
-            body, nodes, arms = plain_spot(simulation, given.name, place, who)
-            self._key = body, "v" if probe.quantity == "velocity" else "q"
-            u, w = nodes.dofs
-            count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
-            dofs.append(u[:, part])
-            weights.append(np.full(len(u), weight / count))
-            if arms is not None:
-                dofs.append(w[:, :, part].ravel())
-                weights.append(weight * arms.ravel() / count)
-        self._dofs, self._weights = np.concatenate(dofs), np.concatenate(weights)
+        spot = spot_of(simulation.model, given.name, probe.at, f"probe '{probe.name}'")
+        assert isinstance(spot.nodes, Nodes)
+        self._key = spot.body, "v" if probe.quantity == "velocity" else "q"
+        (u, w), part = spot.nodes.dofs, int(probe.component)
+        self._dofs, self._weights = u[:, part], spot.weights
+        if spot.arms is not None:
+            arms = spot.weights[:, None] * spot.arms
+            self._dofs = np.concatenate([self._dofs, w[:, :, part].ravel()])
+            self._weights = np.concatenate([self._weights, arms.ravel()])
 
     def add(self, covector: Covector, slope: float) -> None:
         """Add a derivative by what is read to the covector of a state."""
