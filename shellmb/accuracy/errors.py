@@ -14,8 +14,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
 from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.companions import (
     SHAPELESS,
@@ -37,7 +35,6 @@ from shellmb.accuracy.estimates import (
     mesh_error,
     model_error,
     step_error,
-    write_summary,
 )
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.run_record import RunRecord, damped, difference, keep
@@ -351,27 +348,10 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
 def add_errors(run: RunResult) -> None:
     """Estimate the errors of a run and put them into its summary, also the one on disk; collective.
 
-    In the summary, `results` then has a table for each number, and `errors` those of the probes.
-
     Args:
         run: The run, at its end.
     """
-    write_errors(run.summary, run.out, run.simulation.model.comm, estimate_errors(run))
-
-
-def write_errors(summary: dict[str, Any], out: Path | None, comm: MPI.Comm, found: Errors) -> None:
-    """Put errors into the summary of a run, also the one on disk; collective.
-
-    Args:
-        summary: The summary.
-        out: Directory of the run; None: nothing is written.
-        comm: Communicator of the run.
-        found: Its errors.
-    """
-    plain = found.to_dict()
-    summary["results"] = plain.pop("results")
-    summary["errors"] = plain
-    write_summary(summary, out, comm)
+    estimate_errors(run).write(run.summary, run.out, run.simulation.model.comm)
 
 
 def execute_with_errors(

@@ -147,7 +147,8 @@ def _write_modes(
 
     found, summary = find_modes(scene, directory, count, chosen.loaded, **how)
     if scene.errors:
-        from shellmb.accuracy.modes import add_mode_errors
+        from shellmb.accuracy.modes import mode_errors
 
-        add_mode_errors(scene, found, summary, directory, chosen.loaded, measure)
+        errors = mode_errors(scene, found, summary["results"], chosen.loaded, measure)
+        errors.write(summary, directory, comm)
     return ModeShapes(directory, found)

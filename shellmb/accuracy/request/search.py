@@ -12,11 +12,11 @@ from mpi4py import MPI
 
 from shellmb.accuracy.caveats import NO_LIMIT
 from shellmb.accuracy.companions import Change, degree_of
-from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
+from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged
 from shellmb.accuracy.estimates import RATIO, ErrorEstimate, step_error
 from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.measuring.times import slowest
-from shellmb.accuracy.modes import ModeResults, mode_errors, write_mode_errors
+from shellmb.accuracy.modes import ModeResults, mode_errors
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.messages import label, line, mesh_label, percent, seconds
@@ -219,7 +219,7 @@ class Search:
         summary = self.store.summary(len(self.levels)) if run is None else run.summary
         if "errors" not in summary:
             errors = judged(self._companions[-1], self._family, scene, order_of(scene))
-            write_errors(summary, out, comm, errors)
+            errors.write(summary, out, comm)
         self.store.keep(self._family, self.levels)
         return run
 
@@ -373,7 +373,8 @@ class ModeSearch(Search):
             scene, place, count, loaded, results=measure, comm=comm, pictures=False
         )
         seconds = slowest(comm, time.process_time() - clock)
-        found, said = mode_errors(scene, modes, summary["results"], loaded, measure, wanted.body)
+        errors = mode_errors(scene, modes, summary["results"], loaded, measure, wanted.body)
+        found = errors.others | errors.results
         if name not in found:
             listed = ", ".join(f"'{each}'" for each in found)
             raise UnknownQuantity(
@@ -384,9 +385,9 @@ class ModeSearch(Search):
                 f"of is '{name}', the frequency of a rigid-body motion, which is 0; ask for a "
                 "mode that deforms the bodies, 'f7' of a free one"
             )
-        if said:
-            self._family.failures[change] = "; ".join(said)
-        write_mode_errors(comm, summary, place, found, said)
+        if errors.remarks:
+            self._family.failures[change] = "; ".join(errors.remarks)
+        errors.write(summary, place, comm)
         # eigenproblems of fine meshes take most of the time: all of it grows with the elements
         self.levels.append(self._level_of(change, found[name], seconds, seconds))
         self.store.keep(self._family, self.levels)
