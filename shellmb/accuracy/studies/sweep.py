@@ -125,7 +125,7 @@ def usual_axes(base: Base) -> dict[str, Any]:
     Raises:
         SceneError: If it is impossible.
     """
-    own = base.complete(base.module(), Choice())
+    own = base.complete(Choice())
     found: dict[str, Any] = {"repeat": 1}
     if own.mesh is not None:
         along, across = own.mesh
@@ -171,7 +171,7 @@ class Grid:
         return tuple(axis for axis in AXES if axis in (*self.swept, *REFINED))
 
 
-def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
+def make_grid(sweep: Sweep) -> Grid:
     """All combinations of what is named.
 
     Raises:
@@ -186,7 +186,7 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
         if not sweep.runs(chosen):
             continue
         try:
-            complete = sweep.base.complete(module, Choice(**chosen))
+            complete = sweep.base.complete(Choice(**chosen))
         except SceneError as error:
             left_out.append((Choice(**chosen), str(error)))
             for item in chosen.items():
@@ -268,9 +268,8 @@ def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
     if some := [c for c in grid.choices if c.scheme == sweep.reference]:
         return some
     others = [replace(c, scheme=sweep.reference, alpha=None) for c in grid.choices]
-    module = sweep.base.module()
     try:
-        return [sweep.base.complete(module, choice) for choice in dict.fromkeys(others)]
+        return [sweep.base.complete(choice) for choice in dict.fromkeys(others)]
     except SceneError as error:
         raise SceneError(f"study: reference is '{sweep.reference}': {error}") from None
 
