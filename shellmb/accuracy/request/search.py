@@ -29,6 +29,7 @@ from shellmb.running.natural_modes.run import find_modes
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
 from shellmb.scene.schemes import OURS
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.simulation import Observer
@@ -376,9 +377,8 @@ class ModeSearch(Search):
         errors = mode_errors(scene, modes, summary["results"], loaded, measure, wanted.body)
         found = errors.others | errors.results
         if name not in found:
-            listed = ", ".join(f"'{each}'" for each in found)
             raise UnknownQuantity(
-                f"of is '{name}'; it must be a frequency or a result of the modes, {listed}"
+                f"of is '{name}'; it must be a frequency or a result of the modes, {listed(found)}"
             )
         if (frequency_number(name) or modes.rigid + 1) <= modes.rigid:
             raise SceneError(
