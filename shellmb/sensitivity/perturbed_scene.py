@@ -24,7 +24,7 @@ from shellmb.simulate.simulation import Simulation
 OF_THE_RUN = ("checkpoint", "stop")
 
 
-class PerturbedScene:
+class PerturbedScene(PerturbedRun):
     """One of the two scenes beside a run.
 
     Args:
@@ -34,10 +34,6 @@ class PerturbedScene:
         fields: Whether its fields are written.
         run: The run; if it has made steps, the side goes on from its saved state.
 
-    Attributes:
-        shadow: Its simulation.
-        saved: Its state, which is written with that of the run.
-
     Raises:
         SceneError: If the state of the side is not of that step of the run, or of another scene.
     """
@@ -45,8 +41,7 @@ class PerturbedScene:
     def __init__(
         self, scene: Scene, folder: Path, columns: str, fields: bool, run: Simulation
     ) -> None:
-        self._folder, self._comm = folder, run.model.comm
-        comm = self._comm
+        self._folder, comm = folder, run.model.comm
         if comm.rank == 0:
             folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
@@ -63,10 +58,10 @@ class PerturbedScene:
         self.saved = Checkpoint(folder / STATE, chosen, files)
         if run.step:
             take_up(simulation, chosen, _saved(folder, simulation, run))
-        self.shadow = PerturbedRun(simulation, list(chosen.values()), forces=columns == "all")
-        self.shadow.since = simulation.t - run.t
+        super().__init__(simulation, list(chosen.values()), columns == "all")
+        self.since = simulation.t - run.t
 
-    def finish(
+    def evaluate(
         self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None
     ) -> None:
         """Evaluate and write the results; collective.
@@ -76,15 +71,15 @@ class PerturbedScene:
             wall: Wall time, s.
             results: What the scene measures, if its module says so.
         """
-        simulation, sources = self.shadow.simulation, self._standard.sources
+        simulation, sources = self.simulation, self._standard.sources
         own = {**summary, **summarise(simulation, sources, wall, None)}
         own |= points_and_events(simulation)
         energy = sources.energy
         made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
         measure = results or simulation.scene.results
         if measure is not None:
-            own["results"] = measured(measure, made, self._comm)
-        write_summary(own, self._folder, self._comm)
+            own["results"] = measured(measure, made, simulation.model.comm)
+        write_summary(own, self._folder, simulation.model.comm)
 
 
 def _saved(folder: Path, simulation: Simulation, run: Simulation) -> Saved:
