@@ -14,7 +14,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.family import Steps
-from shellmb.accuracy.run_record import means_of
+from shellmb.accuracy.run_record import keep
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
@@ -248,13 +248,12 @@ def _nothing(run: RunResult) -> dict[str, float]:
 def _record(
     choice: Choice, round_: int, cpu_s: float, result: RunResult, quantities: Sequence[Quantity]
 ) -> Record:
-    summary = result.summary
-    means = means_of(result)
-    taken = {str(q): q.take(result.results, result.history, means) for q in quantities}
+    summary, kept = result.summary, keep(result)
+    taken = {str(q): kept.take(q) for q in quantities}
     if round_:
         # the curves are those of the first round
-        taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
-    bad = [name for name, kept in taken.items() if not math.isfinite(kept["value"])]
+        taken = {name: {"value": one["value"]} for name, one in taken.items()}
+    bad = [name for name, one in taken.items() if not math.isfinite(one["value"])]
     failed = f"{' and '.join(bad)} is not finite" if bad else ""
     wall_s, told = result.simulation.step_seconds, {name: summary[k] for k, name in TOLD.items()}
     return Record(choice, round_, wall_s, cpu_s, taken=taken, failed=failed, **told)

@@ -128,13 +128,10 @@ def usual_axes(base: Base) -> dict[str, Any]:
     own = base.complete(Choice())
     found: dict[str, Any] = {"repeat": 1}
     if own.mesh is not None:
-        along, across = own.mesh
         # a beam has one count
-        beam = own.cell is None
-        twice = (2 * along, across if beam else 2 * across)
-        even = along % 2 == 0 and (beam or across % 2 == 0)
-        half = [(along // 2, across if beam else across // 2)] if even else []
-        found["mesh"] = (*half, own.mesh, twice)
+        factors, moving = (Fraction(1, 2), Fraction(1), Fraction(2)), (True, own.cell is not None)
+        some = (_scaled(own, ("mesh",), moving, factor) for factor in factors)
+        found["mesh"] = tuple(choice.mesh for choice in some if choice is not None)
     elif own.divide is not None:
         found["divide"] = (1, 2)
     if own.step_error is not None:
