@@ -185,7 +185,7 @@ class Search:
             series = [kept for c in steps if (kept := self._family.run(c)) is not None]
             if len(series) < 2:
                 continue
-            self._see(series[0])
+            self.wanted.check(self.scene, self.quantity, series[0])
             pairs = [difference(a, b, self.quantity) for a, b in pairwise(series)]
             order = order_of(own.apply(self.scene))
             size = abs(series[0].size(self.quantity)) or 1.0
@@ -232,19 +232,10 @@ class Search:
             place = self.store.emptied(number)
             run, kept = self._family.start(change, place, how.observers, how.request)
             self._family.found[change] = kept
-        self._see(kept)
+        self.wanted.check(self.scene, self.quantity, kept)
         if run is not None:
             self.store.keep(self._family, self.levels)
         return run, kept
-
-    def _see(self, kept: RunRecord) -> None:
-        """Learn from a run which results there are.
-
-        Raises:
-            SceneError: If the quantity is none of them.
-        """
-        self.quantity = self.wanted.quantity(self.scene, kept)
-        self.wanted.check(self.scene, self.quantity, kept)
 
     def _level_of(
         self, change: Change, found: ErrorEstimate, seconds: float, stepping: float
