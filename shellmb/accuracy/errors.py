@@ -8,10 +8,9 @@ error of the step; rigid bodies alone have none of the mesh.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 from shellmb.accuracy.caveats import remarks
@@ -42,7 +41,6 @@ from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Observer
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")
@@ -354,16 +352,9 @@ def add_errors(run: RunResult) -> None:
     estimate_errors(run).write(run.summary, run.out, run.simulation.model.comm)
 
 
-def execute_with_errors(
-    scene: Scene,
-    out: Path | str | None = None,
-    observers: Sequence[Observer] = (),
-    *,
-    pictures: bool = True,
-    **how: Any,
-) -> RunResult:
+def execute_with_errors(*given: Any, pictures: bool = True, **how: Any) -> RunResult:
     """Run a scene and estimate its errors; arguments and errors as of `execute`."""
-    run = execute(scene, out, observers, pictures=False, **how)
+    run = execute(*given, pictures=False, **how)
     comm = run.simulation.model.comm
     add_errors(run)
     if pictures and run.out is not None and comm.rank == 0:
