@@ -8,13 +8,10 @@ error of the step; rigid bodies alone have none of the mesh.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
-
-from mpi4py import MPI
 
 from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.companions import (
@@ -37,7 +34,6 @@ from shellmb.accuracy.estimates import (
     mesh_error,
     model_error,
     step_error,
-    write_summary,
 )
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.run_record import RunRecord, damped, difference, keep
@@ -45,7 +41,6 @@ from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Observer
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")
@@ -351,39 +346,15 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
 def add_errors(run: RunResult) -> None:
     """Estimate the errors of a run and put them into its summary, also the one on disk; collective.
 
-    In the summary, `results` then has a table for each number, and `errors` those of the probes.
-
     Args:
         run: The run, at its end.
     """
-    write_errors(run.summary, run.out, run.simulation.model.comm, estimate_errors(run))
+    estimate_errors(run).write(run.summary, run.out, run.simulation.model.comm)
 
 
-def write_errors(summary: dict[str, Any], out: Path | None, comm: MPI.Comm, found: Errors) -> None:
-    """Put errors into the summary of a run, also the one on disk; collective.
-
-    Args:
-        summary: The summary.
-        out: Directory of the run; None: nothing is written.
-        comm: Communicator of the run.
-        found: Its errors.
-    """
-    plain = found.to_dict()
-    summary["results"] = plain.pop("results")
-    summary["errors"] = plain
-    write_summary(summary, out, comm)
-
-
-def execute_with_errors(
-    scene: Scene,
-    out: Path | str | None = None,
-    observers: Sequence[Observer] = (),
-    *,
-    pictures: bool = True,
-    **how: Any,
-) -> RunResult:
+def execute_with_errors(*given: Any, pictures: bool = True, **how: Any) -> RunResult:
     """Run a scene and estimate its errors; arguments and errors as of `execute`."""
-    run = execute(scene, out, observers, pictures=False, **how)
+    run = execute(*given, pictures=False, **how)
     comm = run.simulation.model.comm
     add_errors(run)
     if pictures and run.out is not None and comm.rank == 0:

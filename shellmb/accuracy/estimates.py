@@ -46,9 +46,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.observers.summary import write_json
-from shellmb.running.directory import written
-from shellmb.running.standard import SUMMARY
+from shellmb.running.results import write_summary
 
 # factor between the steps of companions
 RATIO = 3.0
@@ -231,39 +229,36 @@ class ErrorEstimate:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a run.
+    """Errors of a run, or of modes.
 
     Args:
         results: By the names of the results.
-        probes: By the names of columns and norms, "tip:l2".
+        others: By the names of columns and norms, "tip:l2", or of frequencies, "f1".
         remarks: What is not in the errors, each a sentence.
+        kind: What the others are called in a summary: "probes" or "modes".
     """
 
     results: dict[str, ErrorEstimate]
-    probes: dict[str, ErrorEstimate]
+    others: dict[str, ErrorEstimate]
     remarks: tuple[str, ...]
+    kind: str = "probes"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for `summary.json`."""
-        return {
-            "results": {k: f.to_dict() for k, f in self.results.items()},
-            "probes": {k: f.to_dict() for k, f in self.probes.items()},
-            "remarks": list(self.remarks),
-        }
+    def write(self, summary: dict[str, Any], out: Path | None, comm: MPI.Comm) -> None:
+        """Put them into a summary, also the one on disk; collective.
 
+        In the summary, `results` then has a table for each number, and `errors` those of the
+        others.
 
-def write_summary(summary: dict[str, Any], out: Path | None, comm: MPI.Comm) -> None:
-    """Write the summary of a run, or of modes, again; collective.
-
-    Args:
-        summary: The summary.
-        out: Directory of the run; None: nothing is written.
-        comm: Communicator of the run.
-    """
-    if out is not None and comm.rank == 0:
-        with written(out, comm):
-            write_json(out / SUMMARY, summary)
-    comm.Barrier()
+        Args:
+            summary: The summary.
+            out: Directory of the run or the modes; None: nothing is written.
+            comm: Their communicator.
+        """
+        plain = {k: f.to_dict() for k, f in self.others.items()}
+        summary["results"] = {k: f.to_dict() for k, f in self.results.items()}
+        summary["errors"] = {self.kind: plain, "remarks": list(self.remarks)}
+        write_summary(summary, out, comm)
+        comm.Barrier()
 
 
 def _finite(value: float) -> float | None:

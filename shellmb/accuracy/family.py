@@ -13,7 +13,7 @@ from shellmb.accuracy.companions import Change
 from shellmb.accuracy.run_record import RunRecord, keep
 from shellmb.errors import ShellmbError, Stopped, unsaid
 from shellmb.meshes.lifetime import free
-from shellmb.running.execute import Companion, RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
@@ -76,7 +76,7 @@ class Family:
         accounts: bool = False,
     ) -> None:
         self.scene, self.comm = scene, comm
-        self._results, self._companion = results, Companion(accounts)
+        self._results, self._accounts = results, accounts
         self.found: dict[Change, RunRecord | None] = {}
         self.failures: dict[Change, str] = {}
 
@@ -89,7 +89,7 @@ class Family:
         """
         if change not in self.found:
             try:
-                run, found = self.start(change, companion=self._companion)
+                run, found = self.start(change, watched=False, accounts=self._accounts)
             except Stopped:
                 raise
             except ShellmbError as error:
@@ -107,7 +107,7 @@ class Family:
         out: Path | None = None,
         observers: Sequence[Observer] = (),
         request: Request | None = None,
-        companion: Companion | None = None,
+        **measured: bool,
     ) -> tuple[RunResult, RunRecord]:
         """Run the scene with a change; collective.
 
@@ -116,7 +116,7 @@ class Family:
             out: Directory to write; None: nothing is written.
             observers: More observers.
             request: How the scene was requested.
-            companion: What is measured; None: everything.
+            **measured: What is measured, as of `execute`; without a word everything.
 
         Returns:
             The run, and what is kept of it.
@@ -125,7 +125,6 @@ class Family:
             ShellmbError: If there is no such scene, or it fails.
         """
         scene, clock, steps = change.apply(self.scene), time.process_time(), Steps()
-        how: Any = {"comm": self.comm, "request": request, "results": self._results}
-        own = [*observers, steps]
-        run = execute(scene, out, own, pictures=False, companion=companion, **how)
+        how: Any = {"comm": self.comm, "request": request, "results": self._results, **measured}
+        run = execute(scene, out, [*observers, steps], pictures=False, **how)
         return run, keep(run, steps.seconds, time.process_time() - clock)

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import isfinite
-from pathlib import Path
-from typing import Any
-
-from mpi4py import MPI
 
 from shellmb.accuracy.caveats import of_own
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import (
     NONE,
     ErrorEstimate,
+    Errors,
     Estimate,
     mesh_error,
     model_error,
-    write_summary,
 )
 from shellmb.errors import ShellmbError, Stopped, unsaid
 from shellmb.running.natural_modes.vibration import Modes
@@ -34,53 +30,6 @@ ROUGH = 4.0
 type ModeResults = Callable[[Modes], dict[str, float]]
 
 
-def add_mode_errors(
-    scene: Scene,
-    modes: Modes,
-    summary: dict[str, Any],
-    directory: Path,
-    loaded: bool = False,
-    results: ModeResults | None = None,
-) -> None:
-    """Estimate errors of modes and put them into the summary, also the one on disk; collective.
-
-    In the summary, `errors` then has a table for each frequency, "f1", and `results` one for each
-    number.
-
-    Args:
-        scene: The scene.
-        modes: Its modes.
-        summary: Their summary.
-        directory: Where it is.
-        loaded: Whether they are about the static equilibrium.
-        results: What gave the results.
-    """
-    found, remarks = mode_errors(scene, modes, summary["results"], loaded, results)
-    write_mode_errors(modes.model.comm, summary, directory, found, remarks)
-
-
-def write_mode_errors(
-    comm: MPI.Comm,
-    summary: dict[str, Any],
-    directory: Path,
-    found: dict[str, ErrorEstimate],
-    remarks: Sequence[str],
-) -> None:
-    """Put errors of modes into the summary, also the one on disk; collective.
-
-    Args:
-        comm: The ranks.
-        summary: The summary.
-        directory: Where it is.
-        found: Frequencies and results with their errors, by name.
-        remarks: What is not in the errors.
-    """
-    plain = {name: each.to_dict() for name, each in found.items()}
-    summary["results"] = {name: plain.pop(name) for name in summary["results"]}
-    summary["errors"] = {"modes": plain, "remarks": list(remarks)}
-    write_summary(summary, directory, comm)
-
-
 def mode_errors(
     scene: Scene,
     modes: Modes,
@@ -88,8 +37,8 @@ def mode_errors(
     loaded: bool,
     results: ModeResults | None,
     body: str | None = None,
-) -> tuple[dict[str, ErrorEstimate], list[str]]:
-    """Frequencies and results of modes with their errors, and what is not in these; collective.
+) -> Errors:
+    """Errors of frequencies, "f1", and results of modes; collective.
 
     Args:
         scene: The scene.
@@ -132,7 +81,9 @@ def mode_errors(
             "lower frequencies, by chance or because the modes differ in kind; their errors are "
             "rough estimates from the lower ones"
         )
-    return {name: ErrorEstimate(value, errors[name]) for name, value in mine.items()}, remarks
+    found = {name: ErrorEstimate(value, errors[name]) for name, value in mine.items()}
+    measures = {name: found.pop(name) for name in numbers}
+    return Errors(measures, found, tuple(remarks), "modes")
 
 
 def _as_lower_ones(found: Sequence[tuple[float, float]]) -> list[float]:

@@ -142,7 +142,8 @@ def write_modes(
 
     computed, summary = find_modes(scene, directory, count, chosen.loaded, **how)
     if scene.errors:
-        from shellmb.accuracy.modes import add_mode_errors
+        from shellmb.accuracy.modes import mode_errors
 
-        add_mode_errors(scene, computed, summary, directory, chosen.loaded, measure)
+        errors = mode_errors(scene, computed, summary["results"], chosen.loaded, measure)
+        errors.write(summary, directory, comm)
     return ModeShapes(directory, computed)

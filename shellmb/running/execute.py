@@ -42,7 +42,7 @@ from shellmb.running.error_origin import in_words, user_frame
 from shellmb.running.loader import is_file_name
 from shellmb.running.memory import check_memory
 from shellmb.running.request import REQUEST, Request
-from shellmb.running.results import Results, measured, plain_results
+from shellmb.running.results import Results, add_results, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Modal, Scene
 from shellmb.scene.checks import ignored_settings
@@ -107,18 +107,6 @@ class RunResult:
         return plain_results(self.summary)
 
 
-@dataclass(frozen=True)
-class Companion:
-    """Measurements of a comparison run, without watches.
-
-    Args:
-        accounts: Whether energies, momenta and forces are measured, though neither results nor
-            controllers and events read them.
-    """
-
-    accounts: bool = False
-
-
 @assembled_as(lambda scene, *_, **__: scene.solver)
 def execute(
     scene: Scene,
@@ -129,7 +117,8 @@ def execute(
     pictures: bool = True,
     request: Request | None = None,
     results: Results | None = None,
-    companion: Companion | None = None,
+    watched: bool = True,
+    accounts: bool = True,
     saved: Saved | None = None,
     new: bool = True,
 ) -> RunResult:
@@ -143,7 +132,9 @@ def execute(
         pictures: Whether pictures are drawn, where anything is written.
         request: How the scene was requested, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
-        companion: What is measured of a comparison run; None: everything.
+        watched: Whether the run is watched for what makes it wrong, as a comparison run is not.
+        accounts: Whether energies, momenta and forces are measured, though neither results nor
+            controllers and events read them.
         saved: A state to go on from.
         new: Whether the run begins in a directory that is empty; else it is `claimed` already, also
             of a run that was killed before its first state and begins again.
@@ -175,10 +166,8 @@ def execute(
                     write_json(directory / REQUEST, request.to_dict())
                 describe(scene).write(directory)
         measure = results or scene.results
-        accounts = companion is None or companion.accounts or bool(measure or scene.sensors)
-        standard = StandardObservers(
-            directory, observers, watched=companion is None, accounts=accounts
-        )
+        accounts = accounts or bool(measure or scene.sensors)
+        standard = StandardObservers(directory, observers, watched=watched, accounts=accounts)
         if saved is not None:
             take_up(simulation, standard.named, saved)
 
@@ -201,11 +190,7 @@ def execute(
             raise _with_state(failure, directory, request, simulation) from failure.__cause__
         # the first rank has drawn
         arrive(comm)
-        if measure is not None:
-            result.summary["results"] = measured(measure, result, comm)
-            if directory is not None and comm.rank == 0:
-                with written(directory, comm):
-                    write_json(directory / SUMMARY, result.summary)
+        add_results(result.summary, directory, measure, result, comm)
         return result
 
 

@@ -27,6 +27,7 @@ from pydantic import PydanticUserError, TypeAdapter, ValidationError
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.running.error_origin import in_words, user_frame
 from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
 
 DEMOS = "shellmb.demos"
 # kinds of demos, in the order in which to look at them, and of those that say nothing
@@ -117,8 +118,7 @@ class SceneModule:
         """
         known = self.parameters
         if name not in known:
-            listed = ", ".join(f"'{n}'" for n in known)
-            has = f"its parameters are {listed}" if known else "it has no parameters"
+            has = f"its parameters are {listed(known)}" if known else "it has no parameters"
             raise SceneError(f"scene '{self.name}': there is no parameter '{name}'; {has}")
         try:
             hint = typing.get_type_hints(self.module.scene).get(name)
@@ -296,8 +296,8 @@ def check_names(make: Callable[..., Any], names: Iterable[str], who: str) -> Non
         return
     for name in names:
         if name not in known:
-            listed = ", ".join(f"'{k}'" for k in known) or "none"
-            raise SceneError(f"{who} has no parameter '{name}'; it has {listed}")
+            has = listed(known) or "none"
+            raise SceneError(f"{who} has no parameter '{name}'; it has {has}")
 
 
 def check_values(

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
 
 from shellmb.barrier import first_found
 from shellmb.errors import RunError, ShellmbError
+from shellmb.observers.summary import write_json
+from shellmb.running.directory import written
 from shellmb.running.error_origin import in_words
+from shellmb.running.standard import SUMMARY
 
 type Results = Callable[..., dict[str, float]]
 
@@ -44,6 +48,42 @@ def measured(
             + (", and `shellmb resume` evaluates the run" if function == "results" else "")
         )
     return found
+
+
+def add_results(
+    summary: dict[str, Any],
+    out: Path | None,
+    results: Results | None,
+    made: Any,
+    comm: MPI.Comm,
+    function: str = "results",
+) -> None:
+    """Put the results of a run or of modes into its summary, also the one on disk; collective.
+
+    Args:
+        summary: The summary.
+        out: Directory of the run; None: nothing is written.
+        results: As of `measured`; None: there are none.
+        made: As of `measured`.
+        comm: As of `measured`.
+        function: As of `measured`.
+    """
+    if results is not None:
+        summary["results"] = measured(results, made, comm, function)
+        write_summary(summary, out, comm)
+
+
+def write_summary(summary: dict[str, Any], out: Path | None, comm: MPI.Comm) -> None:
+    """Write the summary of a run, or of modes, again.
+
+    Args:
+        summary: The summary.
+        out: Directory of the run; None: nothing is written.
+        comm: Communicator of the run.
+    """
+    if out is not None and comm.rank == 0:
+        with written(out, comm):
+            write_json(out / SUMMARY, summary)
 
 
 def plain_results(summary: Mapping[str, Any]) -> dict[str, float]:

@@ -86,16 +86,13 @@ class StandardObservers:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, rotations, joints = Momentum(energy), BodyRotations(), JointForces()
         reserves = Reserves()
-        later: dict[str, DeferredObserver] = {
+        self.named: dict[str, Observer] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,
             "turning": rotations,
             "probes": Probes(),
             "joints": joints,
-        }
-        self.named: dict[str, Observer] = {
-            **later,
             "contacts": ContactForces(),
             "volumes": StateColumns(volume_columns),
             "end forces": EndForceColumns(),
@@ -107,7 +104,6 @@ class StandardObservers:
         }
         if not accounts:
             self.named = {name: self.named[name] for name in BARE}
-            later = {name: booked for name, booked in later.items() if name in BARE}
         self.named |= {f"observer {k}": o for k, o in enumerate(others)}
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
@@ -123,8 +119,10 @@ class StandardObservers:
 
             self.frames = Frames(directory / FIELDS, joints)
             self.named["frames"] = self.frames
-            written = {name: o for name, o in self.named.items() if isinstance(o, Written)}
-            checkpoint = Checkpoint(directory / STATE, dict(self.named), written, later=later)
+            named = self.named.items()
+            written = {name: o for name, o in named if isinstance(o, Written)}
+            later = {name: o for name, o in named if isinstance(o, DeferredObserver)}
+            checkpoint = Checkpoint(directory / STATE, dict(named), written, later=later)
             self.named["checkpoint"] = checkpoint
         # behind all that write
         self.named["stop"] = Stop()

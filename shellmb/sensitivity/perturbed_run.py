@@ -16,6 +16,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.simulate.simulation import Observer, Simulation, busy
 from shellmb.simulate.stepping import Attempt, StepInfo
 from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
@@ -33,9 +34,12 @@ class PerturbedRun:
         forces: Whether they look at forces, too.
 
     Attributes:
+        saved: What writes its state with that of the run; None: nothing does.
         since: By how much later than that of the run its present step begins, s: events move.
         until: By how much later it ends, s.
     """
+
+    saved: Checkpoint | None = None
 
     def __init__(
         self, simulation: Simulation, observers: Sequence[Observer], forces: bool = True
@@ -55,6 +59,8 @@ class PerturbedRun:
             observer.start(self.simulation)
         # as in a run, those that have nothing to do are not called in steps
         self.observers = busy(self.observers)
+        if self.saved is not None:
+            self.saved.start(self.simulation)
 
     def begin(self, t: float, dt: float) -> None:
         """Set all that acts in a step; unknowns come later; collective.

@@ -7,28 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.observers.columns import StateColumns, path_columns, points_and_events
-from shellmb.observers.fields.reserves import Reserves
+from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import Checkpoint, Saved, Written
 from shellmb.observers.files.described import describe
-from shellmb.observers.history import History, Measuring
-from shellmb.observers.probes import Probes
-from shellmb.observers.summary import summarise, write_json
-from shellmb.running.directory import written
+from shellmb.observers.summary import summarise
 from shellmb.running.execute import RunResult, take_up
-from shellmb.running.results import measured
+from shellmb.running.results import measured, write_summary
 from shellmb.running.resuming.saved import read_saved
-from shellmb.running.standard import HISTORY, STATE, SUMMARY, StandardObservers
+from shellmb.running.standard import STATE, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.sensitivity.perturbed_run import PerturbedRun
-from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.simulation import Simulation
 
-# observers that say whether to trust a run, or how to go on with it
-OF_THE_RUN = ("watch of ", "checkpoint", "stop")
+# observers that say how to go on with a run
+OF_THE_RUN = ("checkpoint", "stop")
 
 
-class PerturbedScene:
+class PerturbedScene(PerturbedRun):
     """One of the two scenes beside a run.
 
     Args:
@@ -38,10 +34,6 @@ class PerturbedScene:
         fields: Whether its fields are written.
         run: The run; if it has made steps, the side goes on from its saved state.
 
-    Attributes:
-        shadow: Its simulation.
-        saved: Its state, which is written with that of the run.
-
     Raises:
         SceneError: If the state of the side is not of that step of the run, or of another scene.
     """
@@ -49,33 +41,27 @@ class PerturbedScene:
     def __init__(
         self, scene: Scene, folder: Path, columns: str, fields: bool, run: Simulation
     ) -> None:
-        self._folder, self._comm = folder, run.model.comm
-        comm = self._comm
+        self._folder, comm = folder, run.model.comm
         if comm.rank == 0:
             folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
         simulation = Simulation(scene, comm, run)
-        self._standard: StandardObservers | None = None
-        if columns == "all":
-            self._standard = StandardObservers(folder)
-            assert self._standard.frames is not None
-            # a time that moves may be on either side of that of a frame
-            self._standard.frames.clock = run
-            left_out = OF_THE_RUN if fields else (*OF_THE_RUN, "frames")
-            named = self._standard.named.items()
-            chosen = {name: o for name, o in named if not name.startswith(left_out)}
-        else:
-            chosen = _only_probes(folder)
+        self._standard = StandardObservers(folder, watched=False, accounts=columns == "all")
+        assert self._standard.frames is not None
+        # a time that moves may be on either side of that of a frame
+        self._standard.frames.clock = run
+        left_out = OF_THE_RUN if fields else (*OF_THE_RUN, "frames")
+        chosen = {name: o for name, o in self._standard.named.items() if name not in left_out}
         if comm.rank == 0:
             describe(scene).write(folder)
         files = {name: o for name, o in chosen.items() if isinstance(o, Written)}
         self.saved = Checkpoint(folder / STATE, chosen, files)
         if run.step:
             take_up(simulation, chosen, _saved(folder, simulation, run))
-        self.shadow = PerturbedRun(simulation, list(chosen.values()), forces=columns == "all")
-        self.shadow.since = simulation.t - run.t
+        super().__init__(simulation, list(chosen.values()), columns == "all")
+        self.since = simulation.t - run.t
 
-    def finish(
+    def evaluate(
         self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None
     ) -> None:
         """Evaluate and write the results; collective.
@@ -85,18 +71,15 @@ class PerturbedScene:
             wall: Wall time, s.
             results: What the scene measures, if its module says so.
         """
-        assert self._standard is not None
-        simulation, sources = self.shadow.simulation, self._standard.sources
+        simulation, sources = self.simulation, self._standard.sources
         own = {**summary, **summarise(simulation, sources, wall, None)}
         own |= points_and_events(simulation)
         energy = sources.energy
         made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
         measure = results or simulation.scene.results
         if measure is not None:
-            own["results"] = measured(measure, made, self._comm)
-        if self._comm.rank == 0:
-            with written(self._folder, self._comm):
-                write_json(self._folder / SUMMARY, own)
+            own["results"] = measured(measure, made, simulation.model.comm)
+        write_summary(own, self._folder, simulation.model.comm)
 
 
 def _saved(folder: Path, simulation: Simulation, run: Simulation) -> Saved:
@@ -116,11 +99,3 @@ def _saved(folder: Path, simulation: Simulation, run: Simulation) -> Saved:
             "another directory"
         ) from None
     return saved
-
-
-def _only_probes(folder: Path) -> dict[str, Observer]:
-    """Observers of the probes, and of the load factor of a path, and the history of these."""
-    probes: Measuring = Probes()
-    reserves, path = Reserves(), StateColumns(path_columns)
-    history = History([probes, reserves, path], folder / HISTORY)
-    return {"probes": probes, "reserves": reserves, "path": path, "history": history}  # type: ignore[dict-item]

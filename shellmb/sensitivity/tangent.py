@@ -31,46 +31,11 @@ from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.sensitivity.events import Corners, check_begun, ends
 from shellmb.sensitivity.parameters import STEP, Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
-from shellmb.sensitivity.sizes import Sizes
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.newton.iteration import Iteration
-from shellmb.system.two_sided import Kind, two_sided
-
-
-class Predictor:
-    """Extrapolates the derivatives of unknowns along a line.
-
-    Derivatives of motions are so known to a tenth. Those of forces are not at all, as they vibrate,
-    whatever the degree: the degree that did best so far saves no iteration beside this one (EP, ED,
-    EP4 with 6x2 elements; with 32x32 it takes 4.85 in place of 4.7 of EP).
-    """
-
-    def __init__(self) -> None:
-        self._past: list[tuple[Floats, float]] = []
-
-    def next(self, size: int, dt: float) -> Floats:
-        """Derivatives at the end of a step.
-
-        Args:
-            size: How many.
-            dt: Its length, s.
-        """
-        if not self._past:
-            return np.zeros(size)
-        (last, length), (before, _) = self._past[0], self._past[-1]
-        return np.asarray(last + (dt / length) * (last - before))
-
-    def found(self, derivatives: Floats, dt: float) -> None:
-        """Remember those of the step.
-
-        Args:
-            derivatives: They.
-            dt: Length of the step, s.
-        """
-        self._past = [(derivatives, dt), *self._past[:1]]
-
+from shellmb.system.two_sided import Kind, Sizes, two_sided
 
 # change of derivatives relative to them at which the iteration ends if it goes on contracting.
 # Errors of steps add up: with `newton="auto"` columns are off by up to 3e-7 of the derivative after
@@ -103,7 +68,8 @@ class Pair:
         below: The scene with the smaller one.
 
     Attributes:
-        guess: Extrapolates the derivatives of the steps before.
+        past: Derivatives of the last two steps, the last one first, each with the length of its
+            step, s.
         contraction: Last one that was measured.
         floor: Last relative update that was round-off.
         kinks: Times of steps at which both sides do not mirror each other, s.
@@ -115,7 +81,7 @@ class Pair:
     parameter: Parameter
     above: PerturbedRun
     below: PerturbedRun
-    guess: Predictor = field(default_factory=Predictor)
+    past: list[tuple[Floats, float]] = field(default_factory=list)
     contraction: float = 1.0
     floor: float = 0.0
     kinks: list[float] = field(default_factory=list)
@@ -128,6 +94,21 @@ class Pair:
         self.vectors = x.duplicate(), x.duplicate()
         simulations = run, *(side.simulation for side in self.sides)
         self._live = [*zip(*(s.live().values() for s in simulations), strict=True)]
+
+    def guess(self, dt: float) -> Floats:
+        """Derivatives of the unknowns at the end of a step, along a line through those before.
+
+        Derivatives of motions are so known to a tenth. Those of forces are not at all, as they
+        vibrate, whatever the degree: the degree that did best so far saves no iteration beside
+        this one (EP, ED, EP4 with 6x2 elements; with 32x32 it takes 4.85 in place of 4.7 of EP).
+
+        Args:
+            dt: Its length, s.
+        """
+        if not self.past:
+            return np.zeros(len(self.both.d))
+        (last, length), (before, _) = self.past[0], self.past[-1]
+        return np.asarray(last + (dt / length) * (last - before))
 
     def centre(self) -> None:
         """Move the states of both sides so that their mean is the state of the run."""
@@ -150,7 +131,6 @@ class Tangents(BaseObserver):
 
     Args:
         make: Makes the scenes beside the run.
-        saved: Their states, which are written with that of the run; it grows when they are made.
 
     Attributes:
         pairs: They, as soon as the run begins.
@@ -158,10 +138,8 @@ class Tangents(BaseObserver):
         said: Warnings about what has no derivative.
     """
 
-    def __init__(
-        self, make: Callable[[Simulation], Sequence[Pair]], saved: Sequence[Checkpoint] = ()
-    ) -> None:
-        self._make, self._saved = make, saved
+    def __init__(self, make: Callable[[Simulation], Sequence[Pair]]) -> None:
+        self._make = make
         self.pairs: list[Pair] = []
         self.iterations = 0
         self.said: list[str] = []
@@ -190,13 +168,12 @@ class Tangents(BaseObserver):
             pair.centre()
             for side in pair.sides:
                 side.start()
-        for saved, own in self._with_states():
-            saved.start(own)
 
-    def _with_states(self) -> Iterator[tuple[Checkpoint, Simulation]]:
-        """Saved states of both sides of all pairs, if they are saved, with their simulations."""
-        sides = (side.simulation for pair in self.pairs for side in pair.sides)
-        return zip(self._saved, sides, strict=False)
+    @property
+    def _saved(self) -> Iterator[tuple[Checkpoint, Simulation]]:
+        """States of both sides of all pairs that are saved, with their simulations."""
+        sides = (side for pair in self.pairs for side in pair.sides)
+        return ((side.saved, side.simulation) for side in sides if side.saved is not None)
 
     def solved(self, simulation: Simulation) -> None:
         """Find the derivatives of the step that the run has just solved."""
@@ -212,7 +189,7 @@ class Tangents(BaseObserver):
                 continue
             others.append(pair)
         for pair, found in zip(others, self._solve(simulation, others), strict=True):
-            pair.guess.found(found, step.dt)
+            pair.past = [(found, step.dt), *pair.past[:1]]
             for side in pair.sides:
                 side.solved(step)
 
@@ -245,7 +222,7 @@ class Tangents(BaseObserver):
             side.solved(step, states)
         self.said += found.said
         # steps of other lengths tell little
-        pair.guess, pair.contraction = Predictor(), 1.0
+        pair.past, pair.contraction = [], 1.0
         return True
 
     def _solve(self, simulation: Simulation, pairs: Sequence[Pair]) -> list[Floats]:
@@ -276,7 +253,7 @@ class Tangents(BaseObserver):
         assert simulation.last is not None
         both = pair.both
         last, iteration = simulation.last, simulation.problem.iteration
-        both.d[:] = STEP * pair.guess.next(len(self._now), last.dt)
+        both.d[:] = STEP * pair.guess(last.dt)
         lags, now = iteration.refresh.purpose is Purpose.LAGGED, 1.0
         # old factors contract about as they did, which tells of which sides an update is; whether
         # they do is measured in each step, as a contact may have begun in it
@@ -343,7 +320,7 @@ class Tangents(BaseObserver):
 
     def state(self) -> dict[str, Any]:
         """Record the warnings so far; the sides take down their states, too."""
-        for saved, own in self._with_states():
+        for saved, own in self._saved:
             saved.remember(own)
         kinks = {pair.parameter.name: list(pair.kinks) for pair in self.pairs}
         return {"iterations": self.iterations, "kinks": kinks, "said": list(self.said)}
@@ -355,7 +332,7 @@ class Tangents(BaseObserver):
 
     def write(self) -> None:
         """Write the states of both sides that were taken down last."""
-        for saved in self._saved:
+        for saved, _ in self._saved:
             saved.write()
 
     def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:

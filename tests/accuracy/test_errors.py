@@ -48,7 +48,7 @@ def test_true_errors_are_covered(static: bool) -> None:
     errors = estimate_errors(run)
     finer = scene.with_options(degree=3, mesh=(8, 2), dt=None if static else 2.5e-3)
     quantity = Quantity("tip", "end" if static else "l2")
-    found = errors.probes[str(quantity)]
+    found = errors.others[str(quantity)]
     true = true_error(run, finer, quantity, found.value)
     assert 0 < true <= found.error <= 10 * true
     assert (found.step.error == 0) == static
@@ -60,7 +60,7 @@ def test_true_errors_are_covered(static: bool) -> None:
 def test_rigid_bodies_have_no_error_of_a_mesh() -> None:
     top = sm.load_scene("heavy_top", dt=2e-3, t_end=0.04)
     run = execute(replace(top, probes=sm.Probe("place", "center", component=0)), pictures=False)
-    found = estimate_errors(run).probes["place:l2"]
+    found = estimate_errors(run).others["place:l2"]
     assert found.mesh.error == 0
     assert found.step.error > 0
     # of steps that are far from small
@@ -78,8 +78,8 @@ def test_what_cannot_be_told_is_said() -> None:
     errors = estimate_errors(run)
     assert any("the run with 3 times the step fails" in r for r in errors.remarks)
     assert any("the error of the step is not known of tip" in r for r in errors.remarks)
-    assert errors.probes["tip:end"].to_dict()["error"] is None
-    assert "step not known" in with_error(errors.probes["tip:end"].to_dict())
+    assert errors.others["tip:end"].to_dict()["error"] is None
+    assert "step not known" in with_error(errors.others["tip:end"].to_dict())
 
 
 def test_a_scene_asks_for_errors(tmp_path: Path) -> None:

@@ -93,14 +93,14 @@ def test_a_curve_of_any_phase_has_no_certain_end() -> None:
     scene = chain("ep", dt=5e-3)
     by_chance = swinging((0.0, math.pi - 20.0, 1.0))
     found = judged(by_chance, Family(scene, None), scene, 2.0)
-    assert found.probes["tip_x:end"].error >= found.probes["tip_x:l2"].error > 0.5
+    assert found.others["tip_x:end"].error >= found.others["tip_x:l2"].error > 0.5
     assert found.remarks[0].startswith("tip_x (l2, end): does not converge with smaller steps")
-    assert found.probes["tip_x:end"].to_dict()["error"] is None
-    assert with_error(found.probes["tip_x:end"].to_dict()).endswith(" (does not converge)")
+    assert found.others["tip_x:end"].to_dict()["error"] is None
+    assert with_error(found.others["tip_x:end"].to_dict()).endswith(" (does not converge)")
     # phases that converge are no such kind, and neither is another column
     better = swinging((0.0, 3e-3, 3e-2))
     found = judged(better, Family(scene, None), scene, 2.0)
-    assert found.probes["tip_x:end"].error < 1e-2
+    assert found.others["tip_x:end"].error < 1e-2
     assert found.remarks == ()
 
 

@@ -125,7 +125,7 @@ def beside_it(
     run = Simulation(base)
     every: list[Observer] = list(StandardObservers(None).named.values())
     if names:
-        every.append(PathTangents(make, (), False) if base.path else Tangents(make))
+        every.append(PathTangents(make) if base.path else Tangents(make))
     for observer in every:
         observer.start(run)
     return run, every

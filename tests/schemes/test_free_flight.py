@@ -13,7 +13,7 @@ import pytest
 
 from shellmb.demos import flying_l_plate, short_cylinder
 from shellmb.demos.references import flight
-from shellmb.running.execute import Companion, execute
+from shellmb.running.execute import execute
 from shellmb.scene import Scene
 
 # not round-off: what Newton's method leaves of a step
@@ -22,7 +22,7 @@ LEFT = 1e-10
 
 def thrown(scene: Scene, scheme: str) -> Any:
     chosen = replace(scene, scheme=scheme, alpha=None)
-    return execute(chosen, companion=Companion(accounts=True)).history
+    return execute(chosen, watched=False).history
 
 
 def test_impulse_of_a_hat() -> None:

@@ -13,10 +13,9 @@ import pytest
 import shellmb as sm
 from shellmb.sensitivity.parameters import STEP, beside, differentiated, parameters_of
 from shellmb.sensitivity.perturbed_run import PerturbedRun
-from shellmb.sensitivity.sizes import Sizes
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.two_sided import Kind, SerialTwoSided, TwoSided
+from shellmb.system.two_sided import Kind, SerialTwoSided, Sizes, TwoSided
 from tests.sensitivity import scenes
 
 # round-off of unknowns over their distance, which is 1e-5 of them, is 1e-11: 3e-12 was seen

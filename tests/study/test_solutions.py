@@ -14,7 +14,6 @@ from shellmb.accuracy.studies.sweep import Sweep, make_grid
 from shellmb.demos.studies.bundled import BUNDLED
 from shellmb.demos.studies.solutions import crank_torque, top_center
 from shellmb.demos.verification.measuring import replaced
-from shellmb.running.loader import load
 
 ROOT = Path(__file__).parents[2]
 
@@ -50,7 +49,7 @@ def test_dissipations_of_single_schemes() -> None:
         alpha=(0.0, 0.5, 1.0),
         dissipations={"ed": (0.0, 1.0), "ed3": (0.5,)},
     )
-    grid = make_grid(sweep, load("heavy_top"))
+    grid = make_grid(sweep)
     assert {(c.scheme, c.alpha) for c in grid.choices} == {
         ("ep", None),
         ("ed", 0.0),
@@ -62,7 +61,7 @@ def test_dissipations_of_single_schemes() -> None:
 def test_every_bundled_study_can_be_run() -> None:
     """Nothing of any grid is impossible, and dynamic ones compare all schemes, or all models."""
     for study in BUNDLED:
-        grids = [make_grid(p.sweep, load(p.sweep.base.scene)) for p in study.parts]
+        grids = [make_grid(p.sweep) for p in study.parts]
         schemes = {c.scheme for grid in grids for c in grid.choices}
         if not schemes <= {"static", "linear-statics"}:
             models = {c.model for grid in grids for c in grid.choices}

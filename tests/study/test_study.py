@@ -83,11 +83,11 @@ def test_a_study_is_stopped_and_goes_on(tmp_path, monkeypatch):
     done = []
     whole = runner.run_once
 
-    def counted(sweep, module, choice, quantities, round_, comm):
+    def counted(sweep, choice, quantities, round_, comm):
         if len(done) == stop:
             raise KeyboardInterrupt
         done.append((choice, round_))
-        return whole(sweep, module, choice, quantities, round_, comm)
+        return whole(sweep, choice, quantities, round_, comm)
 
     monkeypatch.setattr(runner, "run_once", counted)
     stop = 3

@@ -16,7 +16,7 @@ from shellmb.accuracy.studies.sweep import (
 )
 from shellmb.demos.studies.bundled import BUNDLED, find_bundled
 from shellmb.errors import SceneError
-from shellmb.running.loader import SceneModule, load
+from shellmb.running.loader import SceneModule
 from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
 
 from .conftest import SMALL
@@ -24,7 +24,7 @@ from .conftest import SMALL
 
 def grid(**chosen):
     sweep = Sweep(Base(SMALL), **chosen)
-    return sweep, make_grid(sweep, load(SMALL))
+    return sweep, make_grid(sweep)
 
 
 def test_alpha_belongs_to_ed_only():
@@ -145,12 +145,12 @@ def test_what_is_not_refined_is_named():
 
 def test_single_bodies_can_be_refined():
     base = Base("lateral_buckling", body="plate")
-    scene = base.build(load("lateral_buckling"), Choice(mesh=(3, 1)))
+    scene = base.build(Choice(mesh=(3, 1)))
     assert scene.shells[0].mesh == (3, 1)
     beam = Base("lateral_buckling", (("model", "beam"),), body="plate")
-    assert beam.build(load("lateral_buckling"), Choice(mesh=(2, 1))).beams[0].elements == 2
+    assert beam.build(Choice(mesh=(2, 1))).beams[0].elements == 2
     with pytest.raises(SceneError, match="body is 'plat'; it must be one of the scene's shells"):
-        Base("lateral_buckling", body="plat").build(load("lateral_buckling"), Choice(degree=3))
+        Base("lateral_buckling", body="plat").build(Choice(degree=3))
 
 
 @pytest.mark.parametrize("body", [None, "wing"])
@@ -161,27 +161,26 @@ def test_a_mesh_from_a_file_is_no_choice(body, tmp_path):
     source = ModuleType("wing")
     source.scene = lambda: Scene("wing", wing, supports=Clamped("root"))
     module = SceneModule("wing", source)
-    base = Base("wing", body=body)
-    complete = base.complete(module, Choice(newton_tolerance=1e-6))
+    base = Base(module, body=body)
+    complete = base.complete(Choice(newton_tolerance=1e-6))
     assert (complete.mesh, complete.divide, complete.degree) == (None, 1, 2)
-    assert base.build(module, Choice(divide=3)).shells[0].surface.refine == 3
-    assert base.build(module, complete).solver.tolerance == 1e-6
+    assert base.build(Choice(divide=3)).shells[0].surface.refine == 3
+    assert base.build(complete).solver.tolerance == 1e-6
     with pytest.raises(SceneError, match="mesh is read from a file"):
-        base.build(module, Choice(mesh=(2, 2)))
+        base.build(Choice(mesh=(2, 2)))
 
 
 @pytest.mark.parametrize("study", BUNDLED, ids=lambda b: b.name)
 def test_bundled_studies_are_possible(study):
     assert find_bundled(study.name) == (study,)
     for part in study.parts:
-        module = load(part.sweep.base.scene)
-        found = make_grid(part.sweep, module)
+        found = make_grid(part.sweep)
         assert len(found.swept) >= 2
         if part.sweep.exact is None:
             finer = chain(part.sweep, found)
             assert len(finer) == 3, "three runs tell how well the reference is known"
             for choice in finer:
-                part.sweep.base.build(module, choice)
+                part.sweep.base.build(choice)
 
 
 def test_unknown_bundled_study():
@@ -193,7 +192,7 @@ def test_unknown_bundled_study():
 def test_a_study_without_options_refines_mesh_and_step():
     """The kind: no offer leaves out an error that nobody has asked to leave out."""
     sweep = sweep_of(SMALL, {})
-    found = make_grid(sweep, load(SMALL))
+    found = make_grid(sweep)
     assert set(found.values("mesh")) == {(3, 1), (6, 2), (12, 4)}
     assert set(found.values("dt")) == {2e-3, 1e-3, 5e-4}
     finer = chain(sweep, found)
@@ -205,7 +204,7 @@ def test_a_study_without_options_refines_mesh_and_step():
     assert set(usual_axes(Base("loaded_plate"))) == {"repeat", "mesh"}
     assert usual_axes(Base("spin_up_beam"))["mesh"] == ((2, 1), (4, 1), (8, 1))
     # what is named is all that is swept
-    assert make_grid(sweep_of(SMALL, {}, scheme=("ep", "ed")), load(SMALL)).swept == (
+    assert make_grid(sweep_of(SMALL, {}, scheme=("ep", "ed"))).swept == (
         "scheme",
         "alpha",
     )

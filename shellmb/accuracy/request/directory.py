@@ -6,7 +6,6 @@ Levels are in folders of their own, the last one is the run itself.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields, replace
 from math import isfinite
 from pathlib import Path
@@ -30,7 +29,6 @@ from shellmb.running.request import REQUEST, read_request
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import GmshFile, MeshFile, Scene
 from shellmb.scene.fingerprint import differences, fingerprint
-from shellmb.simulate.simulation import Observer
 
 # picture in the directory
 PICTURE = "accuracy.png"
@@ -122,8 +120,7 @@ def resume_request(
     trust: bool,
     comm: MPI.Comm,
     pictures: bool = True,
-    tell: Callable[[str], None] = lambda text: None,
-    observers: Sequence[Observer] = (),
+    **how: Any,
 ) -> Outcome:
     """Go on with a request from its levels.
 
@@ -134,8 +131,7 @@ def resume_request(
         trust: Whether the file that the directory names may be executed.
         comm: Communicator.
         pictures: Whether pictures are drawn at the end.
-        tell: Callback for progress messages.
-        observers: More observers of the levels' runs.
+        **how: As of `Running`: who is told of levels, and who observes them.
 
     Raises:
         SceneError: If the directory holds no such request, or one of another scene.
@@ -146,10 +142,8 @@ def resume_request(
         request = read_request(out).trusted(file, trust)
         scene, module = request.build()
         results, mode_results = module.results, module.mode_results
-    wanted = wanted_in(out)
-    assert wanted is not None
-    how = Running(comm, results, request, observers, tell, mode_results)
-    return run_to_accuracy(scene, wanted, out, how, pictures)
+    running = Running(comm, results, request, mode_results=mode_results, **how)
+    return run_to_accuracy(scene, wanted_in(out), out, running, pictures)
 
 
 def going_on(out: Path, how: Running) -> str:
@@ -163,8 +157,8 @@ def going_on(out: Path, how: Running) -> str:
     return f"`shellmb resume {out}{f' {named}' if is_file_name(named) else ''}`"
 
 
-def wanted_in(out: Path) -> Target | None:
-    """Request stored in a directory; None if there is none.
+def wanted_in(out: Path) -> Target:
+    """Request stored in a directory.
 
     Args:
         out: The directory.
@@ -172,9 +166,7 @@ def wanted_in(out: Path) -> Target | None:
     Raises:
         SceneError: If the file of the request is damaged.
     """
-    stored = _stored(out)
-    if stored is None:
-        return None
+    stored = read_json(out / ACCURACY)
     try:
         return Target(**{f.name: stored[f.name] for f in fields(Target) if f.name in stored})
     except (KeyError, TypeError) as error:
@@ -214,36 +206,30 @@ def _understood(scene: Scene, wanted: Target, how: Running) -> Target:
 
 
 def _search(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[Search, Outcome]:
-    """Search for modes, too, where no result of a run has the name of a frequency."""
-    try:
-        return _from_half(scene, wanted, out, how)
-    except UnknownQuantity:
-        if wanted.modes or frequency_number(wanted.of) is None or not how.modes:
-            raise
-    if how.comm.rank == 0:
-        shutil.rmtree(out / LEVELS, ignore_errors=True)
-    how.comm.Barrier()
-    return _from_half(scene, replace(wanted, modes=True), out, how)
+    """Search from half the mesh, or from the scene's own where places are no nodes of that.
 
-
-def _from_half(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[Search, Outcome]:
-    """Search from half the mesh, or from the scene's own where places are no nodes of that."""
-    writes, kind = how.comm.rank == 0, ModeSearch if wanted.modes else Search
+    Then the same for modes, where no result of a run has the name of a frequency.
+    """
     half = coarser(scene, wanted.body)
-    if half is not None:
-        search = kind(half, wanted, Store(out, how.comm, "half"), how)
+    begins = [(half, "half")] if half is not None else []
+    begins.append((scene, "given"))
+    ahead = list(begins)
+    while True:
+        begin, base = ahead.pop(0)
+        kind = ModeSearch if wanted.modes else Search
+        search = kind(begin, wanted, Store(out, how.comm, base), how)
         try:
             return search, search.run()
         except UnknownQuantity:
-            raise
-        except SceneError:
-            if search.levels:
+            if wanted.modes or frequency_number(wanted.of) is None or not how.modes:
                 raise
-            if writes:
-                shutil.rmtree(out / LEVELS, ignore_errors=True)
-            how.comm.Barrier()
-    search = kind(scene, wanted, Store(out, how.comm), how)
-    return search, search.run()
+            wanted, ahead = replace(wanted, modes=True), list(begins)
+        except SceneError:
+            if search.levels or not ahead:
+                raise
+        if how.comm.rank == 0:
+            shutil.rmtree(out / LEVELS, ignore_errors=True)
+        how.comm.Barrier()
 
 
 def _stored(out: Path) -> dict[str, Any] | None:

@@ -12,11 +12,11 @@ from mpi4py import MPI
 
 from shellmb.accuracy.caveats import NO_LIMIT
 from shellmb.accuracy.companions import Change, degree_of
-from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
+from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged
 from shellmb.accuracy.estimates import RATIO, ErrorEstimate, step_error
 from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.measuring.times import slowest
-from shellmb.accuracy.modes import ModeResults, mode_errors, write_mode_errors
+from shellmb.accuracy.modes import ModeResults, mode_errors
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.messages import label, line, mesh_label, percent, seconds
@@ -29,6 +29,7 @@ from shellmb.running.natural_modes.run import find_modes
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
 from shellmb.scene.schemes import OURS
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.simulation import Observer
@@ -183,7 +184,7 @@ class Search:
             series = [kept for c in steps if (kept := self._family.run(c)) is not None]
             if len(series) < 2:
                 continue
-            self._see(series[0])
+            self.wanted.check(self.scene, self.quantity, series[0])
             pairs = [difference(a, b, self.quantity) for a, b in pairwise(series)]
             order = order_of(own.apply(self.scene))
             size = abs(series[0].size(self.quantity)) or 1.0
@@ -218,7 +219,7 @@ class Search:
         summary = self.store.summary(len(self.levels)) if run is None else run.summary
         if "errors" not in summary:
             errors = judged(self._companions[-1], self._family, scene, order_of(scene))
-            write_errors(summary, out, comm, errors)
+            errors.write(summary, out, comm)
         self.store.keep(self._family, self.levels)
         return run
 
@@ -230,19 +231,10 @@ class Search:
             place = self.store.emptied(number)
             run, kept = self._family.start(change, place, how.observers, how.request)
             self._family.found[change] = kept
-        self._see(kept)
+        self.wanted.check(self.scene, self.quantity, kept)
         if run is not None:
             self.store.keep(self._family, self.levels)
         return run, kept
-
-    def _see(self, kept: RunRecord) -> None:
-        """Learn from a run which results there are.
-
-        Raises:
-            SceneError: If the quantity is none of them.
-        """
-        self.quantity = self.wanted.quantity(self.scene, kept)
-        self.wanted.check(self.scene, self.quantity, kept)
 
     def _level_of(
         self, change: Change, found: ErrorEstimate, seconds: float, stepping: float
@@ -372,20 +364,20 @@ class ModeSearch(Search):
             scene, place, count, loaded, results=measure, comm=comm, pictures=False
         )
         seconds = slowest(comm, time.process_time() - clock)
-        found, said = mode_errors(scene, modes, summary["results"], loaded, measure, wanted.body)
+        errors = mode_errors(scene, modes, summary["results"], loaded, measure, wanted.body)
+        found = errors.others | errors.results
         if name not in found:
-            listed = ", ".join(f"'{each}'" for each in found)
             raise UnknownQuantity(
-                f"of is '{name}'; it must be a frequency or a result of the modes, {listed}"
+                f"of is '{name}'; it must be a frequency or a result of the modes, {listed(found)}"
             )
         if (frequency_number(name) or modes.rigid + 1) <= modes.rigid:
             raise SceneError(
                 f"of is '{name}', the frequency of a rigid-body motion, which is 0; ask for a "
                 "mode that deforms the bodies, 'f7' of a free one"
             )
-        if said:
-            self._family.failures[change] = "; ".join(said)
-        write_mode_errors(comm, summary, place, found, said)
+        if errors.remarks:
+            self._family.failures[change] = "; ".join(errors.remarks)
+        errors.write(summary, place, comm)
         # eigenproblems of fine meshes take most of the time: all of it grows with the elements
         self.levels.append(self._level_of(change, found[name], seconds, seconds))
         self.store.keep(self._family, self.levels)

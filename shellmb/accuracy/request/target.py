@@ -36,14 +36,11 @@ class Target:
     loaded: bool = False
     count: int = 1
 
-    def quantity(
-        self, scene: Scene, known: RunRecord | None = None, measures: bool = False
-    ) -> Quantity:
+    def quantity(self, scene: Scene, measures: bool = False) -> Quantity:
         """The quantity: a result, or a probe in the norm of its history that fits the scene.
 
         Args:
             scene: The scene.
-            known: A run of it, which tells the names of its results; None: there is none yet.
             measures: Whether it has results, though the scene itself does not say so.
 
         Raises:
@@ -64,14 +61,10 @@ class Target:
             return parse_quantity(self.of)
         if self.of in [probe.name for probe in scene.probes]:
             return Quantity(self.of, "end" if scene.static else "l2")
-        if colon and norm not in NORMS:
-            raise UnknownQuantity(self._unknown(scene, tuple(known.results) if known else ()))
-        if known is None:
-            if scene.results is None and not measures and ":" not in self.of:
-                raise UnknownQuantity(self._unknown(scene, ()))
-            return Quantity(self.of)
-        if self.of not in known.results:
-            raise UnknownQuantity(self._unknown(scene, tuple(known.results)))
+        measures = measures or scene.results is not None or bool(colon)
+        if not measures or (colon and norm not in NORMS):
+            raise UnknownQuantity(self._unknown(scene, ()))
+        # which results there are a run tells (`check`)
         return Quantity(self.of)
 
     def check(self, scene: Scene, quantity: Quantity, known: RunRecord) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from shellmb.options.described import of_today
@@ -103,6 +104,7 @@ class Base:
     body: str | None = None
     schemes: Mapping[str, Any] = field(default_factory=dict)
 
+    @cached_property
     def module(self) -> SceneModule:
         """Module that defines the scene.
 
@@ -111,13 +113,13 @@ class Base:
         """
         return self.scene if isinstance(self.scene, SceneModule) else load(self.scene)
 
-    def build(self, module: SceneModule, choice: Choice) -> Scene:
+    def build(self, choice: Choice) -> Scene:
         """The scene with a choice.
 
         Raises:
             SceneError: If it is impossible.
         """
-        scene = module.build(dict(self.parameters))
+        scene = self.module.build(dict(self.parameters))
         options = replace(choice, t_end=self.t_end, body=self.body)
         if options.scheme == scene.scheme_name:
             # the scene's own stays as it is: it may be an object that no name stands for
@@ -129,13 +131,13 @@ class Base:
             options = replace(options, alpha=None)
         return options.apply(scene)
 
-    def complete(self, module: SceneModule, choice: Choice) -> Choice:
+    def complete(self, choice: Choice) -> Choice:
         """The choice with the scene's own where it has none.
 
         Raises:
             SceneError: If the scene with it is impossible.
         """
-        scene = self.build(module, choice)
+        scene = self.build(choice)
         found: dict[str, Any] = {
             "scheme": scene.scheme_name,
             "alpha": scene.dissipation if scene.scheme_name in DISSIPATIVE else None,

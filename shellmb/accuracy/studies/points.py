@@ -185,16 +185,13 @@ class Judged:
         """Name that distinguishes a point from the others."""
         return point.choice.label(self.swept) or point.choice.label(("mesh", "divide", "dt"))
 
-    @property
-    def family_axes(self) -> tuple[str, ...]:
-        """Swept axes but mesh and step: what a curve of the picture is named after."""
-        return tuple(a for a in self.swept if a not in (*REFINED, "newton_tolerance"))
-
     def families(self) -> dict[str, list[Point]]:
         """Points with an error by what they have in common beside mesh, step and tolerance."""
         found: dict[str, list[Point]] = {}
+        # what a curve of the picture is named after
+        axes = tuple(a for a in self.swept if a not in (*REFINED, "newton_tolerance"))
         for point in self.good:
-            label = point.choice.label(self.family_axes)
+            label = point.choice.label(axes)
             if point.choice.step_error is not None:
                 label = f"{label}, controlled" if label else "controlled"
             found.setdefault(label, []).append(point)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
 
 # one number of a curve, and differences of whole curves
 NUMBERS = ("end", "max", "min", "mean")
@@ -183,11 +184,8 @@ def _number(t: Floats, y: Floats, norm: str) -> float:
 
 
 def _unknown(name: str, results: Mapping[str, float], history: pd.DataFrame) -> str:
-    def listed(names: Iterable[str]) -> str:
-        return ", ".join(f"'{n}'" for n in names) or "none"
-
     return (
         f"study: quantity is '{name}'; it must be one of the scene's results, "
-        f"{listed([*results])}, or COLUMN:NORM with a column of the history, "
+        f"{listed(results) or 'none'}, or COLUMN:NORM with a column of the history, "
         f"{listed(history.columns)}"
     )

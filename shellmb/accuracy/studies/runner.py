@@ -14,7 +14,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.family import Steps
-from shellmb.accuracy.run_record import means_of
+from shellmb.accuracy.run_record import keep
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
@@ -23,7 +23,6 @@ from shellmb.files.plain import plain
 from shellmb.files.writing import write_text
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
 
 RECORDS = "records.jsonl"
@@ -179,14 +178,13 @@ def measure(
     Raises:
         SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.
     """
-    comm, module = MPI.COMM_WORLD, sweep.base.module()
-    grid = make_grid(sweep, module)
-    scene = sweep.base.build(module, grid.choices[0])
+    comm, grid = MPI.COMM_WORLD, make_grid(sweep)
+    scene = sweep.base.build(grid.choices[0])
     quantities = sweep.quantities or (default_quantity(scene),)
     finer = () if sweep.known else tuple(chain(sweep, grid))
     for choice in finer:
-        sweep.base.build(module, choice)
-    store = Store(folder, about(sweep, module, quantities), comm)
+        sweep.base.build(choice)
+    store = Store(folder, about(sweep, quantities), comm)
     plan = [(c, 0) for c in (*grid.choices, *reversed(finer))]
     plan += [(c, k) for k in range(1, sweep.repeat) for c in grid.choices]
     todo = [(c, k) for c, k in dict.fromkeys(plan) if store.find(c, k) is None]
@@ -197,15 +195,16 @@ def measure(
         if round_ and first is not None and first.failed:
             continue
         tell(f"run {n + 1} of {len(todo)}: {choice.label(grid.named)}")
-        record = run_once(sweep, module, choice, quantities, round_, comm)
+        record = run_once(sweep, choice, quantities, round_, comm)
         if record.failed:
             tell(f"failed: {record.failed}")
         store.add(record)
     return Measured(sweep, scene.name, quantities, grid, finer, store)
 
 
-def about(sweep: Sweep, module: SceneModule, quantities: Sequence[Quantity]) -> dict[str, Any]:
+def about(sweep: Sweep, quantities: Sequence[Quantity]) -> dict[str, Any]:
     """Origin of records: scene with its source, parameters, end, quantities."""
+    module = sweep.base.module
     file = getattr(module.module, "__file__", None)
     # of a scene that is in no file all its fields
     fields = json.dumps(fingerprint(module.build()), sort_keys=True) if file is None else ""
@@ -221,12 +220,7 @@ def about(sweep: Sweep, module: SceneModule, quantities: Sequence[Quantity]) -> 
 
 
 def run_once(
-    sweep: Sweep,
-    module: SceneModule,
-    choice: Choice,
-    quantities: Sequence[Quantity],
-    round_: int,
-    comm: MPI.Comm,
+    sweep: Sweep, choice: Choice, quantities: Sequence[Quantity], round_: int, comm: MPI.Comm
 ) -> Record:
     """One run; what goes wrong in it is recorded.
 
@@ -235,8 +229,8 @@ def run_once(
     """
     clock = Steps()
     # what a scene measures may need the whole of its time: it is asked only where it is needed
-    requested = module.results if any(q.norm is None for q in quantities) else _nothing
-    scene = sweep.base.build(module, choice)
+    requested = sweep.base.module.results if any(q.norm is None for q in quantities) else _nothing
+    scene = sweep.base.build(choice)
     try:
         result = execute(scene, None, [clock], comm=comm, pictures=False, results=requested)
     except ShellmbError as error:
@@ -254,13 +248,12 @@ def _nothing(run: RunResult) -> dict[str, float]:
 def _record(
     choice: Choice, round_: int, cpu_s: float, result: RunResult, quantities: Sequence[Quantity]
 ) -> Record:
-    summary = result.summary
-    means = means_of(result)
-    taken = {str(q): q.take(result.results, result.history, means) for q in quantities}
+    summary, kept = result.summary, keep(result)
+    taken = {str(q): kept.take(q) for q in quantities}
     if round_:
         # the curves are those of the first round
-        taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
-    bad = [name for name, kept in taken.items() if not math.isfinite(kept["value"])]
+        taken = {name: {"value": one["value"]} for name, one in taken.items()}
+    bad = [name for name, one in taken.items() if not math.isfinite(one["value"])]
     failed = f"{' and '.join(bad)} is not finite" if bad else ""
     wall_s, told = result.simulation.step_seconds, {name: summary[k] for k, name in TOLD.items()}
     return Record(choice, round_, wall_s, cpu_s, taken=taken, failed=failed, **told)

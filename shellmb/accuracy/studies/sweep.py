@@ -125,16 +125,13 @@ def usual_axes(base: Base) -> dict[str, Any]:
     Raises:
         SceneError: If it is impossible.
     """
-    own = base.complete(base.module(), Choice())
+    own = base.complete(Choice())
     found: dict[str, Any] = {"repeat": 1}
     if own.mesh is not None:
-        along, across = own.mesh
         # a beam has one count
-        beam = own.cell is None
-        twice = (2 * along, across if beam else 2 * across)
-        even = along % 2 == 0 and (beam or across % 2 == 0)
-        half = [(along // 2, across if beam else across // 2)] if even else []
-        found["mesh"] = (*half, own.mesh, twice)
+        factors, moving = (Fraction(1, 2), Fraction(1), Fraction(2)), (True, own.cell is not None)
+        some = (_scaled(own, ("mesh",), moving, factor) for factor in factors)
+        found["mesh"] = tuple(choice.mesh for choice in some if choice is not None)
     elif own.divide is not None:
         found["divide"] = (1, 2)
     if own.step_error is not None:
@@ -171,7 +168,7 @@ class Grid:
         return tuple(axis for axis in AXES if axis in (*self.swept, *REFINED))
 
 
-def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
+def make_grid(sweep: Sweep) -> Grid:
     """All combinations of what is named.
 
     Raises:
@@ -186,7 +183,7 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
         if not sweep.runs(chosen):
             continue
         try:
-            complete = sweep.base.complete(module, Choice(**chosen))
+            complete = sweep.base.complete(Choice(**chosen))
         except SceneError as error:
             left_out.append((Choice(**chosen), str(error)))
             for item in chosen.items():
@@ -268,9 +265,8 @@ def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
     if some := [c for c in grid.choices if c.scheme == sweep.reference]:
         return some
     others = [replace(c, scheme=sweep.reference, alpha=None) for c in grid.choices]
-    module = sweep.base.module()
     try:
-        return [sweep.base.complete(module, choice) for choice in dict.fromkeys(others)]
+        return [sweep.base.complete(choice) for choice in dict.fromkeys(others)]
     except SceneError as error:
         raise SceneError(f"study: reference is '{sweep.reference}': {error}") from None
 

@@ -165,7 +165,6 @@ def _execute(
     at: str,
 ) -> RunResult:
     """Run the scene with those beside it, and write what there is of each."""
-    from shellmb.observers.files.checkpoint import Checkpoint
     from shellmb.running.execute import execute
     from shellmb.running.resuming.resume import resume
     from shellmb.sensitivity.paths.tangent import PathTangents
@@ -174,7 +173,6 @@ def _execute(
 
     begin = clock.perf_counter()
     sides: dict[Parameter, list[PerturbedScene]] = {}
-    saved: list[Checkpoint] = []
 
     def make(run: Simulation) -> list[Pair]:
         for p, both in scenes.items():
@@ -186,11 +184,10 @@ def _execute(
                     )
                     for scene, side in zip(both, SIDES, strict=True)
                 ]
-            saved.extend(side.saved for side in sides[p])
-        return [Pair(p, above.shadow, below.shadow) for p, (above, below) in sides.items()]
+        return [Pair(p, above, below) for p, (above, below) in sides.items()]
 
     paths = base.path is not None
-    tangents = PathTangents(make, saved, at == "load") if paths else Tangents(make, saved)
+    tangents = PathTangents(make, at == "load") if paths else Tangents(make)
     how: dict[str, Any] = {"comm": comm, "pictures": False, "results": made.results}
     if resumed:
         result = resume(directory / RUN, [tangents], scene=base, **how)
@@ -199,7 +196,7 @@ def _execute(
     if columns == "all":
         for both in sides.values():
             for side in both:
-                side.finish(result.summary, clock.perf_counter() - begin, made.results)
+                side.evaluate(result.summary, clock.perf_counter() - begin, made.results)
     said += dict.fromkeys(tangents.said)
     for pair in tangents.pairs:
         if pair.kinks:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +26,7 @@ from shellmb.observers.summary import versions, write_json
 from shellmb.running.directory import claimed, written
 from shellmb.running.memory import check_memory
 from shellmb.running.natural_modes.vibration import Modes, Shape, mode_shape, parts_of
-from shellmb.running.results import measured
+from shellmb.running.results import Results, add_results
 from shellmb.running.rotating.loaded import modes_at_rest
 from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
@@ -40,7 +40,7 @@ def find_modes(
     count: int = 6,
     loaded: bool = False,
     *,
-    results: Callable[[Modes], dict[str, float]] | None = None,
+    results: Results | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> tuple[Modes, dict[str, Any]]:
@@ -82,7 +82,7 @@ def find_modes(
         table = ["mode,frequency_hz,omega_rad_per_s,growth_per_s,stable", *lines]
         write_shapes(run.directory, modes.model, modes.fields, table, summary)
         run.draw(pictures)
-        run.measure(results, modes, summary)
+        add_results(summary, run.directory, results, modes, comm, "mode_results")
     return modes, summary
 
 
@@ -123,21 +123,6 @@ class ModesDirectory:
 
             draw_directory(self.directory)
         arrive(self.comm)
-
-    def measure(
-        self, results: Callable[[Any], dict[str, float]] | None, modes: Any, summary: dict[str, Any]
-    ) -> None:
-        """Put the results of a scene into a summary.
-
-        Args:
-            results: Gives them; None: there are none.
-            modes: What it gets.
-            summary: The summary.
-        """
-        if results is not None:
-            summary["results"] = measured(results, modes, self.comm, "mode_results")
-            if self.comm.rank == 0:
-                write_json(self.directory / SUMMARY, summary)
 
 
 @contextmanager

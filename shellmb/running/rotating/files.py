@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from shellmb.observers.summary import write_json
 from shellmb.options.linear import ModesOptions
 from shellmb.running.natural_modes.run import ModesDirectory, modes_directory, write_shapes
 from shellmb.running.natural_modes.vibration import check_count
+from shellmb.running.results import Results, add_results
 from shellmb.running.resuming.resume import state_of_run
 from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.campbell import Campbell, campbell
@@ -38,7 +38,7 @@ def find_campbell(
     count: int,
     chosen: ModesOptions,
     *,
-    results: Callable[[Any], dict[str, float]] | None = None,
+    results: Results | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> Campbell:
@@ -74,7 +74,7 @@ def find_campbell(
         if comm.rank == 0:
             write_text(run.directory / TABLE, "\n".join(_table(found)) + "\n")
             write_json(run.directory / SUMMARY, summary)
-        run.measure(results, found, summary)
+        add_results(summary, run.directory, results, found, comm, "mode_results")
         if pictures and comm.rank == 0:
             from shellmb.show.campbell import draw_campbell
 
@@ -176,10 +176,6 @@ def _head(run: ModesDirectory, loaded: bool, axis: Axis, modes: RotatingModes) -
 
 
 def _write_rate(directory: Path, modes: RotatingModes, whole: dict[str, Any]) -> None:
-    fields = [
-        {"displacement": real, "displacement_imaginary": imaginary}
-        for real, imaginary in modes.shapes
-    ]
     summary = {
         **whole,
         "rate_rad_per_s": modes.rate,
@@ -191,4 +187,4 @@ def _write_rate(directory: Path, modes: RotatingModes, whole: dict[str, Any]) ->
         "zero_below_per_s": modes.neutral,
         "elements": modes.model.elements,
     }
-    write_shapes(directory, modes.model, fields, [HEADER, *_rows(modes)], summary)
+    write_shapes(directory, modes.model, modes.fields, [HEADER, *_rows(modes)], summary)

@@ -30,12 +30,12 @@ class DampedModes(Modes):
     Args:
         values: Eigenvalues `s`, of a complex pair one, of real ones all, 1/s.
         grows: Numbers of the modes that grow, from 1.
-        later: Shapes a quarter of a period later, as `shapes`.
+        parts: Real and imaginary part of each mode, as `fields`.
     """
 
     values: npt.NDArray[np.complex128]
     grows: Sequence[int]
-    later: Sequence[Shape]
+    parts: list[dict[str, Shape]]
 
     @property
     def omega(self) -> Floats:
@@ -55,10 +55,7 @@ class DampedModes(Modes):
     @property
     def fields(self) -> list[dict[str, Shape]]:
         """Real and imaginary part of each mode."""
-        return [
-            {"displacement": now, "displacement_imaginary": then}
-            for now, then in zip(self.shapes, self.later, strict=True)
-        ]
+        return self.parts
 
 
 @petsc_in_words()
@@ -118,7 +115,7 @@ def _damped(scene: Scene, state: Simulation, undamped: Modes, count: int) -> Dam
         undamped.doubtful,
         values=values,
         grows=[k for k in found.unstable if k <= count],
-        later=[imaginary for _, imaginary in found.shapes[:count]],
+        parts=found.fields[:count],
     )
 
 

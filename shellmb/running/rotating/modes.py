@@ -100,6 +100,14 @@ class RotatingModes:
         return tuple(int(k) + 1 for k in np.flatnonzero(grows) if k >= self.rigid)
 
     @property
+    def fields(self) -> list[dict[str, Shape]]:
+        """Real and imaginary part of each mode, as files have them."""
+        return [
+            {"displacement": real, "displacement_imaginary": imaginary}
+            for real, imaginary in self.shapes
+        ]
+
+    @property
     def directions(self) -> tuple[str, ...]:
         """Direction of each mode: "forward", "backward", or "" where it has none."""
         return tuple(

@@ -16,10 +16,10 @@ from shellmb.schemes.base import END
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.simulate.problem import Problem
 
-# a state, rates by name, and unknown states by stage
-Given = tuple[Floats, dict[str, Floats], dict[str, Floats]]
-# shares of states, by their kind and name, and that of a jump
-Shares = tuple[dict[tuple[str, str], tuple[Floats, ...]], Floats | None]
+# states by kind and name: "q", a "rate", or an "unknown" one
+States = dict[tuple[str, str], Floats]
+# shares of these in a rate at the end, in the jump and in the middle state of that
+Shares = dict[tuple[str, str], tuple[Floats, Floats, Floats]]
 
 
 class Advance:
@@ -35,7 +35,12 @@ class Advance:
         self._scheme, self._forms = problem.scheme, problem.steps[body.name]
         self._kinematic, self._resultants = kinematic_dofs(body), resultant_dofs(body)
         self._tangent_back = body.manifold.tangent_back
-        self._kept: dict[str, tuple[float, Shares]] = {}
+        levels, self._states = self._levels, States()
+        self._states["q", "q"] = levels.q.x.array
+        self._states |= {("rate", k): f.x.array for k, f in levels.rates.items()}
+        self._states |= {("unknown", k): f.x.array for k, f in levels.unknown.items()}
+        # of each rate the length of the step, the shares, and that of the jump
+        self._kept: dict[str, tuple[float, Shares, Floats]] = {}
 
     def __call__(
         self, ends: Covector, starts: Covector, unknown: dict[str, Floats], dt: float
@@ -58,8 +63,6 @@ class Advance:
         starts[name, "q"][rows] += self._scheme.resultants(one, zeros) * of_rows
         for stage in levels.unknown:
             unknown[stage][rows] += self._scheme.resultants(zero, zeros | {stage: one}) * of_rows
-        if not levels.rates:
-            return
         for rate in levels.rates:
             w = np.zeros_like(of_q)
             w[self._kinematic] = ends[name, rate][self._kinematic]
@@ -69,64 +72,44 @@ class Advance:
         self, rate: str, w: Floats, starts: Covector, unknown: dict[str, Floats], dt: float
     ) -> None:
         shares, weight = self._shares(rate, dt)
-        by_jump = by_middle = np.zeros(0)
-        if weight is not None:
-            levels, seen = self._levels, list[tuple[Floats, Floats]]()
-            rates = {k: f.x.array for k, f in levels.rates.items()}
-            states = {s: f.x.array for s, f in levels.unknown.items()}
-            self._advanced(rate, (levels.q.x.array, rates, states), dt, seen)
-            by_jump, by_middle = self._tangent_back(*seen.pop(), weight * w)
+        jumps, by_jump, by_middle = weight.any(), w, w
+        if jumps:
+            _, b, middle = self._advanced(rate, self._states, dt)
+            by_jump, by_middle = self._tangent_back(b, middle, weight * w)
         for (kind, name), (plain, jump, middle) in shares.items():
             target = unknown[name] if kind == "unknown" else starts[self._name, name]
             target += plain * w
-            if weight is not None:
+            if jumps:
                 target += jump * by_jump + middle * by_middle
 
     def _advanced(
-        self, rate: str, given: Given, dt: float, seen: list[tuple[Floats, Floats]]
-    ) -> Floats:
-        """A rate at the end without jumps of velocities, which `seen` gets with their middles."""
+        self, rate: str, given: States, dt: float, unit: float = 0.0
+    ) -> tuple[Floats, Floats, Floats]:
+        """A rate at the end with a given size of what jumps leave; the jump, and its middle state.
 
-        def unseen(b: Floats, middle: Floats) -> Floats:
-            seen.append((b, middle))
-            return np.zeros_like(b)
+        Both are zero where velocities do not jump.
+        """
+        seen = [np.zeros_like(given["q", "q"])] * 2
 
-        return np.asarray(self._forms.advance(*given, dt, unseen)[rate])
+        def left(b: Floats, middle: Floats) -> Floats:
+            seen[:] = b, middle
+            return np.full_like(b, unit)
 
-    def _shares(self, rate: str, dt: float) -> Shares:
-        """Shares of all states in a rate at the end, in the jump and in the middle state of that.
+        rates, unknown = (
+            {k: v for (kind, k), v in given.items() if kind == of} for of in ("rate", "unknown")
+        )
+        made = self._forms.advance(given["q", "q"], rates, unknown, dt, left)
+        return np.asarray(made[rate]), seen[0], seen[1]
+
+    def _shares(self, rate: str, dt: float) -> tuple[Shares, Floats]:
+        """Shares of all states, and of a jump, in a rate at the end; zero where there is no jump.
 
         They are linear combinations, of which units tell the shares; kept as long as the step is.
-
-        Returns:
-            Them by kind and name of the state; and the share of the jump in the rate, if there is.
         """
         kept = self._kept.get(rate)
-        if kept is not None and kept[0] == dt:
-            return kept[1]
-        levels, size = self._levels, len(self._levels.q.x.array)
-        zero, one = np.zeros(size), np.ones(size)
-
-        def only(kind: str, name: str) -> Given:
-            rates, states = (
-                {k: one if (kind, name) == (of, k) else zero for k in names}
-                for of, names in (("rate", levels.rates), ("unknown", levels.unknown))
-            )
-            return one if kind == "q" else zero, rates, states
-
-        found: dict[tuple[str, str], tuple[Floats, ...]] = {}
-        keys = [("q", "q")]
-        keys += [("rate", k) for k in levels.rates] + [("unknown", k) for k in levels.unknown]
-        seen: list[tuple[Floats, Floats]] = []
-        for key in keys:
-            plain = self._advanced(rate, only(*key), dt, seen)
-            found[key] = (plain, *(seen.pop() if seen else (zero, zero)))
-        jumps: list[Floats] = []
-
-        def jump(b: Floats, middle: Floats) -> Floats:
-            jumps.append(b)
-            return one
-
-        made = np.asarray(self._forms.advance(*only("", ""), dt, jump)[rate])
-        self._kept[rate] = dt, (found, made if jumps else None)
-        return self._kept[rate][1]
+        if kept is None or kept[0] != dt:
+            zeros = {key: np.zeros_like(values) for key, values in self._states.items()}
+            units = {key: zeros | {key: np.ones_like(values)} for key, values in zeros.items()}
+            shares = {key: self._advanced(rate, unit, dt) for key, unit in units.items()}
+            kept = self._kept[rate] = dt, shares, self._advanced(rate, zeros, dt, 1.0)[0]
+        return kept[1:]

@@ -7,7 +7,7 @@ how every coefficient changes with each of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import fields as fields_of
 from dataclasses import is_dataclass, replace
@@ -57,12 +57,10 @@ def changes(model: ShellModel, name: str, branches: MaxwellBranches | None) -> l
             f"adjoint: the mass of shell '{model.name}' is eccentric; fields of numbers need "
             "offset=0, or eccentric_inertia=False"
         )
-    size = distance(model, name)
     found = _functions(model.section, branches, model.mass, model.mass_of_section)
     sums = [np.zeros_like(f.x.array) for f in found]
-    for offset, weight in FOURTH:
-        section = changed(model.shell, name, moved(offset * size))
-        shell, domain = replace(model.shell, section=section), model.mixed.space.mesh
+    domain = model.mixed.space.mesh
+    for weight, shell in shells_beside(model, name):
         bound = bind_section(shell, domain, model.tying, model.section, model.mass is None)
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         weighed = None if model.mass_of_section is None else bind_mass(every, domain)
@@ -71,7 +69,7 @@ def changes(model: ShellModel, name: str, branches: MaxwellBranches | None) -> l
         like.shell, like.section = shell, bound
         others = _functions(bound, branches and like.branches(), mass, weighed)
         for total, other in zip(sums, others, strict=True):
-            total += weight / size * other.x.array
+            total += weight * other.x.array
     made = []
     for function, values in zip(found, sums, strict=True):
         derivative = fem.Function(function.function_space)
@@ -80,18 +78,21 @@ def changes(model: ShellModel, name: str, branches: MaxwellBranches | None) -> l
     return made
 
 
-def distance(model: ShellModel, name: str) -> float:
-    """Distance of differences by a parameter of a shell's section."""
-    return DEGREES if name.endswith("angle") else APART * model.section.sizes.thickness
+def shells_beside(model: ShellModel, name: str) -> Iterator[tuple[float, Shell]]:
+    """The shell with larger and smaller numbers of a parameter, and weights of their differences.
 
+    Args:
+        model: The shell.
+        name: The parameter, which is a function of the position.
+    """
+    size = DEGREES if name.endswith("angle") else APART * model.section.sizes.thickness
+    for offset, weight in FOURTH:
 
-def moved(by: float) -> Callable[[Any], Any]:
-    """Change of a function of the position by a number."""
+        def moved(value: Any, by: float = offset * size) -> Callable[[Any], Any]:
+            return lambda x: np.asarray(value(x), dtype=float) + by
 
-    def change(value: Any) -> Callable[[Any], Any]:
-        return lambda x: np.asarray(value(x), dtype=float) + by
-
-    return change
+        section = changed(model.shell, name, moved)
+        yield weight / size, replace(model.shell, section=section)
 
 
 def _functions(

@@ -110,25 +110,24 @@ def adjoint(
     _refuse(given, places)
     check_objective(objective, given)
     base = varying(given, places)
+    scenes = {p: beside(made, given, p) for p in widened(chosen, given)}
     both, doubtful, said = [], list[str](), dict[Any, str]()
-    for parameter in widened(chosen, given):
-        sides = beside(made, given, parameter)
-        if independent(*sides):
-            said[parameter.name] = without_effect(parameter, given, sides[0])
-        above, below = (varying(side, places) for side in sides)
-        both.append((parameter, above, below))
+    for p, (above, below) in scenes.items():
+        both.append((p, varying(above, places), varying(below, places)))
+        if independent(above, below):
+            said[p.name] = without_effect(p, given, above)
     world = MPI.COMM_WORLD if comm is None else comm
     from shellmb.sensitivity.adjoint.backwards import there_and_back
 
     value, by_parameters, by_fields, run = there_and_back(
         base, objective, places, both, states, world, made.results, doubtful
     )
-    for parameter, *_ in both:
-        if not by_parameters[parameter.name]:
+    for p in scenes:
+        if not by_parameters[p.name]:
             said.setdefault(
-                parameter.name,
-                f"the objective does not depend on '{parameter.name}' near {parameter.value:g}: "
-                "its derivative is zero",
+                p.name,
+                f"the objective does not depend on '{p.name}' near {p.value:g}: its derivative is "
+                "zero",
             )
     for body, name in places:
         if not by_fields[body, name]["derivative"].any():

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,8 +27,8 @@ from shellmb.observers.fields.through import NodalResultants, PlyRows, PlyState,
 from shellmb.scene import Shell
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END
-from shellmb.sensitivity.adjoint.element_fields import ElementField, changed
-from shellmb.sensitivity.adjoint.elementwise import distance, moved
+from shellmb.sensitivity.adjoint.element_fields import ElementField
+from shellmb.sensitivity.adjoint.elementwise import shells_beside
 from shellmb.sensitivity.adjoint.objective import FOURTH
 from shellmb.sensitivity.adjoint.steps import State, put, starts
 from shellmb.sensitivity.adjoint.sweep import StoredSteps
@@ -118,11 +117,8 @@ class _Node:
         """Derivative by a number of a field, of which the plies at the node are."""
         if field.body != self._body.name:
             return 0.0
-        size, shell, found = distance(self._body, field.name), self._body.shell, 0.0
-        for offset, weight in FOURTH:
-            section = changed(shell, field.name, moved(offset * size))
-            found += weight / size * self.value(there, replace(shell, section=section))
-        return found
+        shells = shells_beside(self._body, field.name)
+        return sum(weight * self.value(there, shell) for weight, shell in shells)
 
     def slope(self, there: Floats) -> Floats:
         """Derivatives by the resultants, through stresses and strains, which are linear in them."""

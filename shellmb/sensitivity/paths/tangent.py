@@ -24,7 +24,6 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
-from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.sensitivity.parameters import STEP
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.tangent import KINK, MOST, STALLED, TOLERANCE, USELESS, Pair, Tangents
@@ -56,17 +55,11 @@ class PathTangents(Tangents):
 
     Args:
         make: Makes the scenes beside the run.
-        saved: Their states.
         at_load: Whether derivatives are those at the load factors of the run.
     """
 
-    def __init__(
-        self,
-        make: Callable[[Simulation], Sequence[Pair]],
-        saved: Sequence[Checkpoint] = (),
-        at_load: bool = False,
-    ) -> None:
-        super().__init__(make, saved)
+    def __init__(self, make: Callable[[Simulation], Sequence[Pair]], at_load: bool = False) -> None:
+        super().__init__(make)
         self._at_load = at_load
         self._ahead: dict[str, tuple[PathState, PathState]] = {}
         # null vector, at a bifurcation
@@ -172,7 +165,7 @@ class PathTangents(Tangents):
         # derivatives smaller than this are round-off of displacements
         least = STEP * size(u)
         assert simulation.last is not None
-        d, delta, now = STEP * pair.guess.next(len(u), simulation.last.dt), 0.0, np.inf
+        d, delta, now = STEP * pair.guess(simulation.last.dt), 0.0, np.inf
         for _ in range(MOST):
             a = self._inverse(self._difference(pair, d, ahead.factor, delta))
             if held:

@@ -154,12 +154,12 @@ def _compare_modes(case: Case, scene: Scene) -> Compared:
     modes = natural_modes(scene, MPI.COMM_WORLD, count)
     bare = time.process_time() - clock
     clock = time.process_time()
-    found, remarks = mode_errors(scene, modes, {}, False, None)
+    errors = mode_errors(scene, modes, {}, False, None)
     cost = bare + time.process_time() - clock
     fine = frequencies(natural_modes(case.finer(scene), MPI.COMM_WORLD, count))
     rows = []
     for name in case.quantities:
-        right = case.exact.get(name, fine[name])
-        true = math.fabs(found[name].value - right)
-        rows.append(_row(case, name, found[name].to_dict(), true, bool(remarks)))
-    return Compared(tuple(rows), bare, cost, tuple(remarks))
+        right, estimate = case.exact.get(name, fine[name]), errors.others[name]
+        true = math.fabs(estimate.value - right)
+        rows.append(_row(case, name, estimate.to_dict(), true, bool(errors.remarks)))
+    return Compared(tuple(rows), bare, cost, errors.remarks)

@@ -15,7 +15,7 @@ from shellmb.demos.hemisphere import FORCE, INWARD, NU, OUTWARD, RADIUS, THICKNE
 from shellmb.demos.references import flight
 from shellmb.demos.verification.cases import Check, case
 from shellmb.demos.verification.motion import ENERGY, title
-from shellmb.running.execute import Companion, RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Cylinder,
     Isotropic,
@@ -76,7 +76,7 @@ class Flight:
     def run(self, scheme: str) -> RunResult:
         """Run with a scheme."""
         scene = replace(self.scene, scheme=scheme, alpha=SCHEMES[scheme])
-        return execute(scene, companion=Companion(accounts=True))
+        return execute(scene, watched=False)
 
     def checks(self) -> Iterator[Check]:
         """Laws to round-off in all schemes, then distances from the converged run."""
@@ -267,9 +267,7 @@ def pinched_hemisphere() -> Iterator[Check]:
     """Sze, Liu and Lo's hemisphere, loaded slowly to its static displacements, then let go."""
     source = "Sze, Liu and Lo (2004), static, full load"
     for scheme, alpha in SCHEMES.items():
-        run = execute(
-            replace(pinched(), scheme=scheme, alpha=alpha), companion=Companion(accounts=True)
-        )
+        run = execute(replace(pinched(), scheme=scheme, alpha=alpha), watched=False)
         name = f"{title(scheme, alpha)}, dt={run.scene.dt:g} s"
         full = int(np.argmin(np.abs(run.column("t") - SLOW)))
         for column, sign, static in (("outward", 1, OUTWARD), ("inward", -1, INWARD)):
