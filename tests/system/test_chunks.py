@@ -20,6 +20,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly import loops
 from shellmb.system.condensation.elimination import EliminationBlocks, elimination
 from shellmb.system.condensation.meshreduction import MeshReduction
 from tests.scenes import plate
@@ -109,3 +110,22 @@ def test_elimination_by_runs_is_that_of_the_whole() -> None:
     runs = members["right"]
     first = range(runs["first"][0], runs["first"][1])
     assert {runs["start"][r] for r in first} == {0, 7}
+
+
+def test_what_is_found_anew_is_what_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs of matrices of many cells keep nothing; bit for bit the matrices stay."""
+
+    def values(most: int) -> np.ndarray:
+        monkeypatch.setattr(loops, "MOST_KEPT", most)
+        scene = Scene(
+            "one", plate(RUBBER), supports=Clamped("left"), scheme="ep", dt=0.1, t_end=1.0
+        )
+        linear = Simulation(scene).problem.iteration.linear
+        stores = [linear.parts[0].loop.kernels[k].store for k in range(linear.parts[0].loop.count)]
+        assert any(stores) == (most > 0)
+        # the second time with what is kept
+        for _ in range(2):
+            linear._assemble()
+        return np.array(linear.A.getValuesCSR()[2])
+
+    np.testing.assert_array_equal(values(0), values(1000))

@@ -118,7 +118,8 @@ class CsrMatrix:
         for part, (a, b) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
             part.add_at(places[a:b], first[a:b])
         self.targets = [self.values] * len(parts)
-        self._owned, self._keys = owned, keys
+        # only couplings look for places
+        self._owned, self._keys = owned, keys if len(rows) > len(parts) + 1 else keys[:0].copy()
         # what is in no part is put nowhere before couplings are added to it
         self._lonely = places[pattern.ends()[len(parts)] :][first[pattern.ends()[len(parts)] :]]
 
