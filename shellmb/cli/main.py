@@ -313,6 +313,12 @@ def _reports(scene: str, quiet: bool, levels: bool) -> dict[str, Any]:
     how: dict[str, Any] = {"begin": partial(announce, scene, quiet)}
     if levels:
         return how if quiet else how | {"tell": tell}
+    return how | {"observers": _observers(quiet)}
+
+
+def _observers(quiet: bool) -> list[Any]:
+    if quiet:
+        return []
     from shellmb.observers.progress import ProgressReport
 
-    return how | {"observers": [] if quiet else [ProgressReport()]}
+    return [ProgressReport()]

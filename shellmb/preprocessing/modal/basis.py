@@ -24,12 +24,10 @@ from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
 from shellmb.preprocessing.modal.ritz import relaxing, ritz_vectors
 from shellmb.preprocessing.modal.supports import support_joint
-from shellmb.scene import Scene, Weld
+from shellmb.scene import Joint, Modal, Scene, Weld
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.schemes import SIMPLEST
-from shellmb.scene.values.models import Modal
 
 type Touched = Mapping[str, tuple[str, Any, str]]
 

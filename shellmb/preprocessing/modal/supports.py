@@ -17,9 +17,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame, describe
 from shellmb.preprocessing.modal.isolated import IsolatedBody
-from shellmb.scene.beams.beam import Beam
-from shellmb.scene.loads.supports import Clamped, Hinged, Support
-from shellmb.scene.multibody.joints import GROUND, Joint, Revolute, Weld
+from shellmb.scene import GROUND, Beam, Clamped, Hinged, Joint, Revolute, Support, Weld
 from shellmb.scene.multibody.rigid import Interface
 
 

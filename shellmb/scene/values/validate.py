@@ -97,16 +97,12 @@ _BOUNDS = {
 _KINDS = {
     "finite_number": "it must be a finite number",
     "float_type": "it must be a number",
-    "float_parsing": "it must be a number",
     "int_type": "it must be a whole number",
-    "int_parsing": "it must be a whole number",
-    "int_from_float": "it must be a whole number",
     "string_type": "it must be a text",
     "tuple_type": "it must be a tuple",
     "string_too_short": "it must not be empty",
     "callable_type": "it must be a function",
     "bool_type": "it must be True or False",
-    "bool_parsing": "it must be True or False",
 }
 
 
@@ -120,7 +116,7 @@ def _requirement(error: Any) -> str:
         return str(context["error"])
     if kind == "literal_error":
         return f"it must be {context['expected']}"
-    if kind in ("is_instance_of", "dataclass_type", "dataclass_exact_type"):
+    if kind in ("is_instance_of", "dataclass_exact_type"):
         words = context.get("class") or context.get("class_name")
         return f"it must be {'an' if words[0] in 'AEIOU' else 'a'} {words.lower()}"
     return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
