@@ -297,11 +297,11 @@ class ExactEnergy(Elastic):
         return self.weight * ufl.dot(stress, variation(self.measure, span.mid, dq)) * self.dx
 
     def _at(self, e: Expr) -> Expr:
-        """What the potential is a function of, by the measures."""
+        """Argument of the potential by the measures."""
         return e
 
     def _path(self, e: Stretch) -> Stretch:
-        """The same over a step."""
+        """Argument of the potential over a step."""
         return e
 
     def _whole(self, e: Expr) -> Expr:
