@@ -27,15 +27,19 @@ cosine and sine (`coordinates.angle_moments`).
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import GAUSS
+from shellmb.forms.constraints.elements import Stretch
+from shellmb.forms.constraints.held import ConstraintRow, VelocityJump
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
+from shellmb.forms.steps.potentials import exact_moments
 
 # below this tangent of the increment its series is exact to round-off
 SMALL_TANGENT = 1e-3
@@ -51,7 +55,7 @@ def increment(start: Expr, end: Expr) -> Expr:
     return ufl.atan2(start[0] * end[1] - start[1] * end[0], start[0] * end[0] + start[1] * end[1])
 
 
-def increment_gradient(start: Expr, end: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
+def increment_gradient(start: Expr, end: Expr, change: Expr) -> Expr:
     """Discrete gradient of `increment`: along `end - start` it is the increment itself.
 
     That holds for vectors of any length, as they are before Newton's method has converged.
@@ -61,7 +65,6 @@ def increment_gradient(start: Expr, end: Expr, change: Expr, torque: Expr | floa
         start: Cosine and sine at the start of the sub-interval, shape (2,).
         end: The same at its end.
         change: Variation of cosine and sine at the mid-point configuration, shape (2,).
-        torque: What works on it.
     """
     start, end = ufl.variable(start), ufl.variable(end)
     sine = start[0] * end[1] - start[1] * end[0]
@@ -73,19 +76,18 @@ def increment_gradient(start: Expr, end: Expr, change: Expr, torque: Expr | floa
     ratio = ufl.conditional(
         near, series, ufl.atan2(sine, cosine) / ufl.conditional(near, 1.0, sine)
     )
-    return ufl.dot(ufl.variable(torque * ratio * perpendicular((start + end) / 2)), change)
+    return ufl.dot(ufl.variable(ratio * perpendicular((start + end) / 2)), change)
 
 
-def angle_change(at: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
+def angle_change(at: Expr, change: Expr) -> Expr:
     """Change of the angle for a change of cosine and sine, at a single state, rad.
 
     Args:
         at: Cosine and sine, shape (2,).
         change: Their change, shape (2,).
-        torque: What works on it.
     """
     at = ufl.variable(at)
-    return ufl.dot(ufl.variable(torque / ufl.dot(at, at) * perpendicular(at)), change)
+    return ufl.dot(ufl.variable(perpendicular(at) / ufl.dot(at, at)), change)
 
 
 def rotation_gap(a: Place, b: Place, x: Expr, before: Expr) -> Expr:
@@ -118,10 +120,6 @@ def distance_gap(a: Place, b: Place, l: Expr, size: Expr) -> Expr:  # noqa: E741
     return (l**2 - ufl.dot(gap, gap)) / (2 * size)
 
 
-# squares of changes of a cosine or sine below this leave no digits of the correction
-_TINY = 1e-16
-
-
 def angle_moments(start: Expr, end: Expr, bow: Expr) -> tuple[Expr, Expr]:
     """Discrete gradient of the angle over a step that is quadratic in time (`forms.steps.path`).
 
@@ -134,16 +132,8 @@ def angle_moments(start: Expr, end: Expr, bow: Expr) -> tuple[Expr, Expr]:
         end: The same at the end.
         bow: Their bow, `e_i + e_f - 2 <e>`.
     """
-    chord = end - start
-    first, second = 0 * start, 0 * start
-    for g, weight in GAUSS:
-        tau = (1 + g) / 2
-        a = start + tau * chord + 3 * (tau**2 - tau) * bow
-        slope = perpendicular(a) / ufl.dot(a, a)
-        first, second = first + weight * slope, second + 3 * g * weight * slope
-    defect = increment(start, end) - ufl.dot(first, chord) - ufl.dot(second, bow)
-    ratio = defect / (ufl.dot(chord, chord) + ufl.dot(bow, bow) + _TINY)
-    return first + ratio * chord, second + ratio * bow
+    path = Stretch(start, end - start, bow)
+    return exact_moments(lambda a: perpendicular(a) / ufl.dot(a, a), increment(start, end), path)
 
 
 def perpendicular(a: Expr) -> Expr:
@@ -175,10 +165,8 @@ def rate_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr,
     return -perpendicular(rates) / 4, alpha * share
 
 
-def turned(
-    angle: Callable[[Expr], Expr], path: Path, k: int, dq: Expr, multipliers: tuple[Expr, Expr]
-) -> Expr:
-    """Work of torques on the angle in one of the rows, which over the step is that on its rate.
+def turned(angle: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> tuple[Expr, Expr]:
+    """Virtual angles that torques work on in one of the rows; over the step they work on its rate.
 
     Cosine and sine, their bow and rates, and the stress on them, are variables: derivatives go
     through these few numbers.
@@ -188,7 +176,9 @@ def turned(
         path: The step.
         k: Row, 0 for P0 and 1 for P1.
         dq: Direction.
-        multipliers: Torques, those of both rows.
+
+    Returns:
+        What torques of this row work on, and those of the other one.
     """
     quad = measure(angle).quad
     a_i, a_f = angle(path.start), ufl.variable(angle(path.end))
@@ -200,22 +190,67 @@ def turned(
     bow = ufl.variable(2 * variation(angle, x + 0.4 * z, z) + quad(D, D) / 6)
     alpha = path.alpha
     rates = ufl.variable((1 + alpha) * rate_f + (1 - alpha) * rate_i)
-    first, last = multipliers
-    moments = angle_moments(a_i, a_f, bow)
-    extra, share = rate_moment(a_i, a_f, rates, alpha)
     # linear in time, in both rows the same (Q2)
-    factor, normal = first + share * last, perpendicular((a_i + a_f) / 2)
-    mean, half = factor * moments[0] + last * extra, factor * moments[1]
-    stress = ufl.variable(ufl.as_vector([*mean, *half, *(last * normal)]))
-    chord = quad(D, dq) / 6
+    mean, half = map(ufl.variable, angle_moments(a_i, a_f, bow))
+    extra, share = map(ufl.variable, rate_moment(a_i, a_f, rates, alpha))
+    normal, chord = perpendicular((a_i + a_f) / 2), quad(D, dq) / 6
     if k == 0:
-        change = *variation(angle, x, dq), *chord, *quad(path.mean_velocity, dq)
+        change = variation(angle, x, dq), chord, quad(path.mean_velocity, dq)
     else:
-        late = variation(angle, x + 0.4 * z, dq) / 3
-        change = *chord, *late, *variation(angle, path.middle, dq)
-    return ufl.dot(stress, ufl.as_vector(change))
+        change = chord, variation(angle, x + 0.4 * z, dq) / 3, variation(angle, path.middle, dq)
+    first = ufl.dot(mean, change[0]) + ufl.dot(half, change[1])
+    last = share * first + ufl.dot(extra, change[0]) + ufl.dot(normal, change[2])
+    return (first, last) if k == 0 else (last, first)
 
 
 def angle_rate(angle: Callable[[Expr], Expr], path: Path) -> Expr:
     """Rate of the angle at the end of the step, times the step, where `angle` is of length one."""
     return ufl.dot(perpendicular(angle(path.end)), variation(angle, path.end, path.end_velocity))
+
+
+class Angle(NamedTuple):
+    """Equations of rotations, which are not quadratic in the state, as a `held.Law`.
+
+    Args:
+        angle: Cosine and sine of the places as a function of the state, shape (2,).
+        x: The coordinate in a state.
+        gap: Difference of both at a state, from an angle on that is less than half a turn away.
+        before: Coordinate at the start of the step, where forms are those of a single state.
+    """
+
+    angle: Callable[[Expr], Expr]
+    x: Callable[[Expr], Expr]
+    gap: Callable[[Expr, Expr], Expr]
+    before: Expr
+
+    def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
+        """The equation at the end of the sub-interval, its force along a discrete gradient."""
+        if span.a is span.b:
+            own, before = self.slope(span.mid, dq), self.before
+        else:
+            start, end, before = self.angle(span.a), self.angle(span.b), self.x(span.a)
+            turned_by = increment_gradient(start, end, variation(self.angle, span.mid, dq))
+            own = ufl.as_vector([self.x(dq) - turned_by])
+        return ConstraintRow(own, None, self.gap(span.holding, before), (span.unknown, None))
+
+    def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
+        """The equation and its rate at the end of a step, two forces without work for both."""
+        own, other = turned(self.angle, path, k, dq)
+        row = ufl.as_vector([self.x(dq) - own]), ufl.as_vector([-other])
+        first, last = path.end, path.end_velocity
+        if k == 0:
+            return ConstraintRow(*row, self.gap(first, self.x(path.start)), (first, last))
+        rate = self.x(last) - angle_rate(self.angle, path)
+        return ConstraintRow(*row, ufl.as_vector([rate]), (last, first))
+
+    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
+        """The rate of the coordinate is that of the places, with the impulse for that."""
+        return ConstraintRow(self.slope(mid, dv), None, self.slope(mid, v), (v, None))
+
+    def jump(self, step: VelocityJump, dq: Expr) -> None:
+        """None: angles hold the jump, as they are not quadratic."""
+
+    def slope(self, q: Expr, dq: Expr) -> Expr:
+        """Derivative of the equation at a state, shape (1,)."""
+        change = angle_change(self.angle(q), variation(self.angle, q, dq))
+        return ufl.as_vector([self.x(dq) - change])

@@ -55,13 +55,14 @@ at the ends of steps, of second order, and add up.
 """
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.held import ConstraintRow, Held, JumpRow, VelocityJump
 from shellmb.forms.constraints.joints import JointKind, Place
-from shellmb.forms.constraints.pathconstraints import ConstraintRow
-from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.discrete import mean, variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 
@@ -119,17 +120,6 @@ CONTACTS: dict[str, JointKind] = {
 }
 
 
-def interval_row(slip: Slip, span: Interval, dq: Expr) -> tuple[Expr, Expr]:
-    """Virtual slip of the multipliers over a sub-interval, and the slip that must vanish.
-
-    Args:
-        slip: The constraints.
-        span: The sub-interval.
-        dq: Direction.
-    """
-    return slip(span.mid, dq), slip(span.mid, span.b - span.a)
-
-
 def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
     """Row of a nonholonomic constraint over a step that is quadratic in time, eq. (N1).
 
@@ -152,3 +142,67 @@ def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
         return ConstraintRow(slip(path.mean, dq), other, value, (path.end, path.end_velocity))
     own, value = slip(path.middle, dq) / 3, slip(path.end, path.end_velocity)
     return ConstraintRow(own, turned(D, dq) / 6, value, (path.end_velocity, path.end))
+
+
+def slip_row(slip: Slip, step: VelocityJump, dq: Expr) -> JumpRow:
+    """Constraints on velocities, eq. (N2).
+
+    Args:
+        slip: `A(q) dq`.
+        step: The step.
+        dq: Direction.
+    """
+    middle, first = mean(step.start, step.end), step.inner - step.start
+
+    def turned(change: Expr, dq: Expr) -> Expr:
+        """`B(change, dq)`: `A` is linear."""
+        return variation(lambda q: slip(q, dq), middle, change)
+
+    skew = turned(dq, first) - turned(first, dq)
+    force = -turned(dq, step.gain) / 4 - skew / (2 * step.dt)
+    return JumpRow(slip(step.end, step.velocity), slip(middle, dq), force)
+
+
+class Rolling(NamedTuple):
+    """Constraints on positions, and behind them those on velocities `A(q) q' = 0`.
+
+    Args:
+        held: The former.
+        slip: `A(q) dq`, shape (m,).
+        reference: State from which nothing has slipped where a single state is looked at.
+    """
+
+    held: Held
+    slip: Slip
+    reference: Expr
+
+    def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
+        """No slip from the start to the end; in equilibrium, none from the reference."""
+        row = self.held.interval(span, dq)
+        if span.a is span.b:
+            span = span._replace(a=self.reference, mid=self.reference)
+        own, value = self.slip(span.mid, dq), self.slip(span.mid, span.b - span.a)
+        return row._replace(own=both(row.own, own), value=both(row.value, value))
+
+    def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
+        """No slip in the mean, nor at the end (N1)."""
+        a = self.held.path(path, k, dq, inertialess=False)
+        b = path_row(self.slip, path, k, dq)
+        other = None if a.other is None or b.other is None else both(a.other, b.other)
+        return ConstraintRow(both(a.own, b.own), other, both(a.value, b.value), a.multipliers)
+
+    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
+        """Velocities violate neither."""
+        row = self.held.velocity(v, mid, dv)
+        own, value = both(row.own, self.slip(mid, dv)), both(row.value, self.slip(mid, v))
+        return row._replace(own=own, value=value)
+
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
+        """Velocities at the end violate neither (N2)."""
+        pairs = zip(self.held.jump(step, dq), slip_row(self.slip, step, dq), strict=True)
+        return JumpRow(*(both(a, b) for a, b in pairs))
+
+
+def both(a: Expr, b: Expr) -> Expr:
+    """Two vectors, one behind the other."""
+    return ufl.as_vector([*(a[k] for k in range(len(a))), *(b[k] for k in range(len(b)))])

@@ -35,9 +35,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.held import Held
-from shellmb.forms.constraints.pathconstraints import ConstraintRow
-from shellmb.forms.constraints.velocity_jump import JumpRow, VelocityJump
+from shellmb.forms.constraints.held import ConstraintRow, Held, JumpRow, VelocityJump
 from shellmb.forms.materials import log_of_one_and
 from shellmb.forms.steps.discrete import mean, variation
 from shellmb.forms.steps.mixed import Interval

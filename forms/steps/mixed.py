@@ -42,18 +42,16 @@ class Interval(NamedTuple):
 
     Args:
         a: State at its start.
-        b: State at its end.
+        b: State at its end, where compatibility holds.
         mid: Configuration at which forces act (the mean of `a` and `b`).
-        at: State at which compatibility holds, and constraints if there is no `end` (`b`).
         unknown: State that carries the multipliers of the sub-interval (`b`).
         beta: Share of the stress jump, eq. (32).
-        end: State at which constraints hold; None: `at`.
+        end: State at which constraints hold; None: `b`.
     """
 
     a: Expr
     b: Expr
     mid: Expr
-    at: Expr
     unknown: Expr
     beta: Expr | float
     end: Expr | None = None
@@ -61,7 +59,7 @@ class Interval(NamedTuple):
     @property
     def holding(self) -> Expr:
         """State at which constraints hold."""
-        return self.at if self.end is None else self.end
+        return self.b if self.end is None else self.end
 
 
 class MixedSection:

@@ -31,7 +31,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.elements import GAUSS, Stretch
 from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.stress_work_nonlinear import tangent
+from shellmb.forms.steps.mixed_nonlinear import tangent
 
 Potential = Callable[[Expr], Expr]
 
@@ -52,21 +52,31 @@ def path_stresses(U: Potential, e: Stretch, alpha: Expr, smooth: float = 0.0) ->
         alpha: Dissipation.
         smooth: Change of the measures up to which Gauss points are exact to round-off.
     """
-    first, second = _means(U, e, smooth)
+    change = U(e.start + e.chord) - U(e.start)
+    first, second = exact_moments(lambda x: gradient(U, x), change, e, smooth)
     damping = alpha / 2 * convex(ufl.dot(curvature(U, e), e.bow), e.bow)
     return first, second + damping
 
 
-def _means(U: Potential, e: Stretch, smooth: float) -> tuple[Expr, Expr]:
-    """The stresses without dissipation."""
+def exact_moments(
+    slope: Callable[[Expr], Expr], change: Expr, e: Stretch, smooth: float = 0.0
+) -> tuple[Expr, Expr]:
+    """Mean and first moment of a slope over a step, whose work is a change; shape (n,) each.
+
+    Args:
+        slope: The slope as a function of the measures.
+        change: What they work, as the first on the chord and the second on the bow.
+        e: The measures over the step.
+        smooth: As of `path_stresses`.
+    """
     first, second = 0 * e.start, 0 * e.start
     for g, weight in GAUSS:
         tau = (1 + g) / 2
-        slope = gradient(U, e.start + tau * e.chord + 3 * (tau**2 - tau) * e.bow)
-        first, second = first + weight * slope, second + 3 * g * weight * slope
+        here = slope(e.start + tau * e.chord + 3 * (tau**2 - tau) * e.bow)
+        first, second = first + weight * here, second + 3 * g * weight * here
     work = ufl.dot(first, e.chord) + ufl.dot(second, e.bow)
     size = ufl.dot(e.chord, e.chord) + ufl.dot(e.bow, e.bow)
-    ratio = _missing(U(e.start + e.chord) - U(e.start) - work, size, smooth)
+    ratio = _missing(change - work, size, smooth)
     return first + ratio * e.chord, second + ratio * e.bow
 
 

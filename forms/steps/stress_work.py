@@ -70,7 +70,7 @@ def interval_work(
 
     Stresses are averaged such that the work is the change of the energy, eqs. (20)-(22), (32).
     """
-    e = end = strain.value(span.at)
+    e = end = strain.value(span.b)
     N = last = section.forces(layout, span.unknown)
     if span.a is not span.b:
         # linear: the average of the stresses is the stress of the averages

@@ -11,7 +11,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.velocity_jump import VelocityJump
+from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.meshes.spaces import MixedSpace

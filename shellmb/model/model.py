@@ -152,7 +152,7 @@ class Model:
         self.bodies += self.potentials
 
         self.volumes = enclosed_volumes(scene, scale, self.shells, prescribed)
-        self.bodies += [body for volume in self.volumes for body in volume.bodies]
+        self.bodies += [body for volume in self.volumes for body in (volume, *volume.surfaces)]
 
         resolve_links(self.bodies, comm)
         check_probes(scene, places)
@@ -167,7 +167,7 @@ class Model:
     @property
     def stores(self) -> list[PotentialGroup | Filling]:
         """Potentials, contacts and gases: what has an energy of its own in the balance."""
-        return [*self.potentials, *(v.filling for v in self.volumes if v.item.gas is not None)]
+        return [*self.potentials, *(v for v in self.volumes if v.item.gas is not None)]
 
     @property
     def outside(self) -> list[Body]:

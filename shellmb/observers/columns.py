@@ -96,9 +96,9 @@ def volume_columns(simulation: Simulation) -> Row:
     """
     found: Row = {}
     for volume in simulation.model.volumes:
-        levels, name = simulation.problem.levels[volume.filling.name], volume.item.name
+        levels, name = simulation.problem.levels[volume.name], volume.item.name
         step = levels.unknown[simulation.problem.last]
-        size, pressure = volume.filling.values(levels.q.x.array, step.x.array)
+        size, pressure = volume.values(levels.q.x.array, step.x.array)
         known = volume.item.gas is not None or simulation.last is not None
         found |= {f"{name}.volume": size, f"{name}.pressure": pressure if known else math.nan}
     return found

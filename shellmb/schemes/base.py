@@ -17,7 +17,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms.constraints.velocity_jump import VelocityJump
+from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.model.body import Body, Rates
@@ -53,7 +53,7 @@ class Levels:
         reference: Functions that stay zero, at which a linear scheme takes its forms
             (`schemes.linearised`); None for others.
         slides: Whether constraints hold velocities at the end of a step with an unknown jump
-            (`forms.constraints.velocity_jump`).
+            (`forms.constraints.held`).
     """
 
     q: fem.Function

@@ -20,7 +20,7 @@ from typing import Any
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.velocity_jump import VelocityJump
+from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.discrete import mean
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.base import (

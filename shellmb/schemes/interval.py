@@ -35,9 +35,9 @@ AT_STATE = Acting(e(x), De(x))
 
 def interval(a: Expr, b: Expr, beta: Expr | float = 0.0) -> Interval:
     """The sub-interval from `a` to `b`: forces at its mid-point, constraints at its end."""
-    return Interval(a=a, b=b, mid=mean(a, b), at=b, unknown=b, beta=beta)
+    return Interval(a=a, b=b, mid=mean(a, b), unknown=b, beta=beta)
 
 
 def at_state(q: Expr) -> Interval:
     """A single state, as in statics."""
-    return Interval(a=q, b=q, mid=q, at=q, unknown=q, beta=0.0)
+    return Interval(a=q, b=q, mid=q, unknown=q, beta=0.0)

@@ -16,7 +16,7 @@ from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.native.kernels import compiled
 from shellmb.scene import Beam, CircularArc, Clamped, GeneralSection, PointForce, PointMoment, Scene
 from shellmb.schemes.base import at_state
-from shellmb.schemes.residuals.forces import interval_forces
+from shellmb.schemes.residuals.residual import interval_forces
 from shellmb.simulate.simulation import Simulation
 
 TURN = Rotation.from_rotvec((0.4, -1.7, 0.9)).as_matrix()

@@ -24,7 +24,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.schemes.base import at_state, interval
-from shellmb.schemes.residuals.forces import interval_forces, jump_energy
+from shellmb.schemes.residuals.residual import interval_forces, jump_energy
 from tests.forms.conftest import compiled, tie_of_strains
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off

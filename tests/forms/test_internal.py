@@ -10,7 +10,7 @@ from dolfinx import fem
 from shellmb.forms.steps.mixed import Interval, vector
 from shellmb.model.body import strain_energy
 from shellmb.schemes.base import at_state, interval
-from shellmb.schemes.residuals.forces import interval_forces, jump_energy
+from shellmb.schemes.residuals.residual import interval_forces, jump_energy
 from tests.forms.conftest import compiled, tie_of_strains
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
@@ -172,4 +172,4 @@ def test_an_interval_of_length_zero_is_a_state(panel, rng) -> None:
 
 
 def test_the_interval_carries_all_it_says() -> None:
-    assert Interval._fields == ("a", "b", "mid", "at", "unknown", "beta", "end")
+    assert Interval._fields == ("a", "b", "mid", "unknown", "beta", "end")

@@ -13,7 +13,7 @@ from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, frame_about
 from shellmb.model.massless import Scale
 from shellmb.scene import Spherical
-from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
+from shellmb.schemes.residuals.residual import interval_forces, velocity_constraint
 from tests.forms.conftest import compiled
 
 FORCE = 3.0
@@ -81,7 +81,7 @@ def test_tangent_of_the_residual(kind):
     """The Jacobian that the system assembles against a central difference of the residual."""
     group = make_group(kind)
     a, b, d = (random_state(group, seed) for seed in (3, 4, 5))
-    span = Interval(a=a, b=b, mid=(a + b) / 2, at=b, unknown=b, beta=0.0)
+    span = Interval(a=a, b=b, mid=(a + b) / 2, unknown=b, beta=0.0)
     test, trial = ufl.TestFunction(group.mixed.space), ufl.TrialFunction(group.mixed.space)
     residual = interval_forces(group, span, test)
     tangent = fem.assemble_matrix(compiled(ufl.derivative(residual, b, trial))).to_dense()

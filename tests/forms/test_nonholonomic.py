@@ -7,8 +7,8 @@ import pytest
 import ufl
 from dolfinx import fem
 
+from shellmb.forms.constraints.held import Held
 from shellmb.forms.constraints.nonholonomic import path_row
-from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import node_mesh, node_space
 from shellmb.schemes.quadratic import path_of
@@ -93,7 +93,7 @@ def test_rates_of_positions_have_the_forces_of_positions(alpha: float) -> None:
     for k in range(2):
         ours, theirs = (
             path_row(rate, step.path, k, step.dq),
-            held_row(position, step.path, k, step.dq),
+            Held(position).path(step.path, k, step.dq, False),
         )
         # the second multiplier of (Q4) is a third of ours
         own, other = (1, 1 / 3) if k == 0 else (1 / 3, 1)

@@ -7,7 +7,8 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.forms.constraints.velocity_jump import JumpRow, VelocityJump, jump_row, slip_row
+from shellmb.forms.constraints.held import Held, JumpRow, VelocityJump
+from shellmb.forms.constraints.nonholonomic import slip_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import node_mesh, node_space
 
@@ -85,7 +86,7 @@ def test_work_is_of_what_vanishes(slope: np.ndarray) -> None:
 def test_positions_are_the_symmetric_case() -> None:
     step = Step()
     held, general = (
-        jump_row(position, step.step, step.dq),
+        Held(position).jump(step.step, step.dq),
         slip_row(lambda q, dq: variation(position, q, dq), step.step, step.dq),
     )
     for ours, theirs in zip(held[1:], general[1:], strict=True):

@@ -29,7 +29,7 @@ from shellmb.scene import (
     SymmetryPlane,
 )
 from shellmb.schemes.base import at_state
-from shellmb.schemes.residuals.forces import interval_forces
+from shellmb.schemes.residuals.residual import interval_forces
 
 E = 1e9
 

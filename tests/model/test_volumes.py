@@ -155,7 +155,7 @@ def test_a_volume_that_cannot_turn_has_no_rotation() -> None:
     gas = EnclosedVolume("gas", gas=Gas(5.0))
     moving: dict[str, Any] = {"scheme": "ep", "dt": 0.02, "t_end": 0.02}
     parts = {
-        name: Simulation(scene).model.volumes[0].filling.mixed.parts
+        name: Simulation(scene).model.volumes[0].mixed.parts
         for name, scene in {
             "ball": ball(volumes=gas, **moving),
             "octant": octant(volumes=gas, **moving),

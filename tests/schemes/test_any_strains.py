@@ -23,7 +23,7 @@ from shellmb.scene import (
     Isotropic,
     Solver,
 )
-from shellmb.schemes.residuals.forces import bow_energy
+from shellmb.schemes.residuals.residual import bow_energy
 from shellmb.simulate.simulation import Simulation
 from tests.scenes import plate_scene
 

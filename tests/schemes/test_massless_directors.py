@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.pathconstraints import held_row
+from shellmb.forms.constraints.held import Held
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     AlongEdge,
@@ -264,7 +264,7 @@ def test_forces_of_any_quadratic_constraint_do_no_work() -> None:
     def g(q: Any) -> Any:
         return ufl.as_vector([ufl.dot(q, Q * q) / 2 + q[0] - 0.3 * q[2] + 0.2])
 
-    first, second = (held_row(g, path, k, d, True) for k, d in enumerate(path.moved))
+    first, second = (Held(g).path(path, k, d, True) for k, d in enumerate(path.moved))
     ends = g(path.end)[0] - g(path.start)[0]
     around = 2 * (g(path.start)[0] + g(path.end)[0] - 2 * second.value[0])
     for work, expected in (

@@ -26,9 +26,8 @@ from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.joints.coordinates import Coordinate, scalar_targets, summed
 from shellmb.model.massless import LawValues, NodeGroup
-from shellmb.model.potentials.exact import FAR, ExactEnergy
 from shellmb.model.sections.branches import Fading, MaxwellBranches
-from shellmb.model.sections.strains import SeparateRows
+from shellmb.model.sections.strains import FAR, ExactEnergy, SeparateRows
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene

@@ -35,7 +35,6 @@ from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import (
     Fading,
     MaxwellBranches,
-    Resisting,
     StrainDamping,
     slowing,
 )
@@ -221,8 +220,8 @@ class BeamModel(FrameBody):
         self.slowing = slowing(beam.section, line)
         viscous = bind_beam_damping(beam, self.section.formulation, line)
         if viscous is not None:
-            on = Resisting(viscous, self.strain, self.integrate)
-            self.damping = StrainDamping(self.layout, (on,))
+            resists = Strains(viscous, self.layout, self.strain, self.integrate)
+            self.damping = StrainDamping((resists,))
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
         label = f"of beam '{beam.name}'"

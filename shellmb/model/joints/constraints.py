@@ -15,9 +15,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
-from shellmb.forms.constraints.held import Held, Law
-from shellmb.forms.constraints.pathconstraints import ConstraintRow
-from shellmb.forms.constraints.velocity_jump import VelocityJump
+from shellmb.forms.constraints.held import ConstraintRow, Held, Law, VelocityJump
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
@@ -74,9 +72,9 @@ class Constraints:
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
         """Constraints on velocities at the end of a step that begins with a jump."""
-        if not self.moving:
+        row = self.law.jump(step, dq) if self.moving else None
+        if row is None:
             return None
-        row = self.law.jump(step, dq)
         impulses = ConstraintRow(row.impulse, None, row.value, (step.jump, None))
         # of linear constraints there is no force: zero, on the mesh
         forces = [a * row.force[k] for k, a in enumerate(self._of(step.jump))]

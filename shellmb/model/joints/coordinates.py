@@ -12,18 +12,14 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
+from shellmb.forms.constraints.held import Law
 from shellmb.forms.constraints.joints import Place
-from shellmb.forms.constraints.velocity_jump import VelocityJump
-from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Path
-from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink
+from shellmb.model.body import Dofs, NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
@@ -169,7 +165,7 @@ class CoordinateGroup(ConstraintGroup):
                 difference is known up to whole turns.
         """
         first, second = self._places(q)
-        x = self.layout.part(q, "x")
+        x = self._x(q)
         if self.kind == "rotation":
             gap = forms.rotation_gap(first, second, x, x if before is None else before)
         elif self.kind == "translation":
@@ -188,23 +184,25 @@ class CoordinateGroup(ConstraintGroup):
         self.fixed = [f for f in self.fixed if not np.isin(f.dofs, here).any()]
 
     @property
-    def constraints(self) -> tuple[Constraint, ...]:
+    def law(self) -> Law:
         """The equations of the coordinates."""
-        return super().constraints if self.kind != "rotation" else (AngleEquations(self),)
+        if self.kind != "rotation":
+            return super().law
+        return forms.Angle(self.angle, self._x, self.gap, self.before)
 
     def rate_gap(self, q: Expr, v: Expr) -> Expr:
         """Derivative of the equation at the state `q` along the velocity `v`."""
-        if self.kind != "rotation":
-            return variation(self.gap, q, v)
-        rate = forms.angle_change(self.angle(q), variation(self.angle, q, v))
-        return as_row(self.layout.part(v, "x") - rate)
+        return self.law.velocity(v, q, v).value
+
+    def _x(self, q: Expr) -> Expr:
+        return self.layout.part(q, "x")
 
     def excess(self, q: Expr, v: Expr) -> Expr:
         """Difference of a coordinate's rate from that of its places."""
         gap = self.rate_gap(q, v)[0]
         if self.kind == "distance":
             # the equation is that of the squares
-            gap = gap * self._start / (self._start + self.layout.part(q, "x"))
+            gap = gap * self._start / (self._start + self._x(q))
         return gap
 
     @cached_property
@@ -244,60 +242,6 @@ class CoordinateGroup(ConstraintGroup):
             v: Velocities there; those of the coordinates are replaced.
         """
         v.x.array[self.mixed.dofs["x"]] -= self._excess(q.x.array, v.x.array)[:, 0]
-
-
-class AngleEquations:
-    """Equations of angles, which are not quadratic in the state.
-
-    Args:
-        group: The group.
-    """
-
-    def __init__(self, group: CoordinateGroup) -> None:
-        self._of, self.errors = group, group.errors
-
-    def _torque(self, q: Expr) -> Expr:
-        return self._of.force * self._of.layout.part(q, "mu")
-
-    def _x(self, q: Expr) -> Expr:
-        return self._of.layout.part(q, "x")
-
-    def _form(self, torque: Expr, work: Expr, gap: Expr, dq: Expr) -> Form:
-        """Work of a torque on the coordinate less that on the angle, with what must vanish."""
-        return (torque * self._x(dq) - work + self._torque(dq) * gap[0]) * ufl.dx
-
-    def interval(self, span: Interval, dq: Expr) -> Form:
-        """The equation at the end of the sub-interval, its force along a discrete gradient."""
-        of = self._of
-        change, torque = variation(of.angle, span.mid, dq), self._torque(span.unknown)
-        before: Expr = of.before
-        if span.a is span.b:
-            work = forms.angle_change(of.angle(span.mid), change, torque)
-        else:
-            ends = of.angle(span.a), of.angle(span.b)
-            work = forms.increment_gradient(*ends, change, torque)
-            before = self._x(span.a)
-        return self._form(torque, work, of.gap(span.holding, before), dq)
-
-    def path(self, path: Path, k: int, dq: Expr) -> Form:
-        """The equation and its rate at the end of a step, two forces without work for both."""
-        of, torques = self._of, (self._torque(path.end), self._torque(path.end_velocity))
-        if k == 0:
-            gap = of.gap(path.end, self._x(path.start))
-        else:
-            gap = as_row(self._x(path.end_velocity) - forms.angle_rate(of.angle, path))
-        return self._form(torques[k], forms.turned(of.angle, path, k, dq, torques), gap, dq)
-
-    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
-        """The rate of the coordinate is that of the places, with the impulse for that."""
-        of = self._of
-        gap, impulse = of.rate_gap(mid, v), self._torque(v)
-        work = forms.angle_change(of.angle(mid), variation(of.angle, mid, dv), impulse)
-        return self._form(impulse, work, gap, dv)
-
-    def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
-        """None: angles hold the jump, as they are not quadratic."""
-        return None
 
 
 def as_row(value: Expr) -> Expr:

@@ -12,9 +12,9 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.forms.constraints import held
-from shellmb.forms.constraints.held import Held, Law, both
-from shellmb.forms.constraints.nonholonomic import Own
+from shellmb.forms.constraints import nonholonomic
+from shellmb.forms.constraints.held import Held, Law
+from shellmb.forms.constraints.nonholonomic import Own, both
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, change_of, frame_about
 from shellmb.model.massless import Scale, gathered
@@ -124,7 +124,7 @@ class ContactGroup(JointGroup):
     @property
     def law(self) -> Law:
         """Constraints on positions, and on velocities behind them."""
-        return held.Rolling(Held(self._violation), self.slip, self._reference)
+        return nonholonomic.Rolling(Held(self._violation), self.slip, self._reference)
 
     def looked_at(self, state: Expr) -> Expr:
         """Slips as of a small motion from the reference configuration."""

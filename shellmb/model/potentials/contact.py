@@ -25,9 +25,9 @@ from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder, said_point
 from shellmb.model.massless import NodeGroup, Places, gathered
-from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.user_forms import written
 from shellmb.native.expressions import values_at_states
 from shellmb.scene import Scene

@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms import contact as forms
 from shellmb.model.locations.ends import frame_about
-from shellmb.model.potentials.exact import FAR
+from shellmb.model.sections.strains import FAR
 from shellmb.scene.loads.contacts import Ball, Box, Obstacle, Plane, Rod
 
 # distance from a centre or axis, in radii, within which there is no direction any more

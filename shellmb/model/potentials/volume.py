@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -41,7 +40,7 @@ from shellmb.model.body import (
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.massless import LawValues, NodeGroup, Scale
-from shellmb.model.potentials.exact import ExactEnergy
+from shellmb.model.sections.strains import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.native.kernels import compiled
@@ -240,9 +239,11 @@ class Filling(NodeGroup):
 
     Attributes:
         resists: False, as of potentials.
+        surfaces: What encloses it.
     """
 
     resists = False
+    surfaces: Sequence[Enclosing] = ()
 
     def __init__(
         self,
@@ -423,33 +424,13 @@ def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
     return NodeLink(rows.ravel(), shell.name, index_map.local_to_global(targets.ravel()))
 
 
-@dataclass(frozen=True)
-class Volume:
-    """One enclosed volume.
-
-    Args:
-        item: Description.
-        filling: What fills it.
-        surfaces: What encloses it.
-    """
-
-    item: EnclosedVolume
-    filling: Filling
-    surfaces: list[Enclosing]
-
-    @property
-    def bodies(self) -> list[Body]:
-        """All bodies of the volume."""
-        return [self.filling, *self.surfaces]
-
-
 def enclosed_volumes(
     scene: Scene,
     scale: Scale,
     shells: Mapping[str, ShellModel],
     prescribed: Prescribed,
-) -> list[Volume]:
-    """All enclosed volumes of a scene; collective.
+) -> list[Filling]:
+    """All enclosed volumes of a scene by what fills them; collective.
 
     Args:
         scene: The scene.
@@ -480,9 +461,9 @@ def enclosed_volumes(
         traits = SCHEMES.get(scene.scheme_name, Traits())
         moment_free = traits.keeps_angular_momentum and not differ(normals)
         filling = Filling(item, scale.comm, abs(volume), pressure, moment_free)
-        surfaces = [
+        filling.surfaces = [
             Enclosing(item, shell, float(outwards * sign), filling)
             for shell, sign in zip(members, signs, strict=True)
         ]
-        found.append(Volume(item, filling, surfaces))
+        found.append(filling)
     return found

@@ -42,8 +42,8 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import NONE, NodeGroup, NodeLoads, Scale, Targets
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.sections.branches import Resisting, StrainDamping
-from shellmb.model.sections.strains import SeparateRows
+from shellmb.model.sections.branches import StrainDamping
+from shellmb.model.sections.strains import SeparateRows, Strains
 
 # couplings of modes below this share of what they have by themselves are round-off: with one time
 # for all strains there are none
@@ -69,9 +69,8 @@ def modal_damping(layout: Layout, nodes: NodeMesh, matrix: Floats | None) -> Str
         D[i][k] = number
     strain = linear(lambda q: ufl.as_vector(amplitudes(layout, q)))
     dx = ufl.dx(nodes.mesh)
-    return StrainDamping(
-        layout, [Resisting(Stiffness(ufl.as_matrix(D)), strain, lambda d: d[0] * dx)]
-    )
+    section = Stiffness(ufl.as_matrix(D))
+    return StrainDamping([Strains(section, layout, strain, lambda d: d[0] * dx)])
 
 
 ADVICE = "a smaller step, or fewer modes"

@@ -21,12 +21,11 @@ from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import Straining, at_state, taken
-from shellmb.forms.steps.mixed import MixedSection
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
 from shellmb.model.body import Term
-from shellmb.model.sections.strains import Integrate, path_terms
+from shellmb.model.sections.strains import Integrate, SectionStrains, path_terms
 from shellmb.model.sections.strains import together as joined
 from shellmb.native.expressions import values_in_cells
 from shellmb.native.kernels import compiled
@@ -34,36 +33,20 @@ from shellmb.native.programs.tables import points_of
 from shellmb.scene import BeamSection, Section
 
 
-class Resisting(NamedTuple):
-    """Resistance to the rate of a strain.
-
-    Args:
-        section: Its stresses.
-        strain: The strain.
-        integrate: Integral of densities, one for each quadrature rule.
-    """
-
-    section: MixedSection
-    strain: Measure
-    integrate: Integrate
-
-
 class StrainDamping:
     """Damping of a body's strains, eq. (D1).
 
     Args:
-        layout: Parts of the state.
-        parts: What resists.
+        parts: Strains with the section whose stresses resist their rates.
         rates: Makes `following`; None: forces follow from strains point by point.
     """
 
     def __init__(
         self,
-        layout: Layout,
-        parts: Sequence[Resisting],
+        parts: Sequence[SectionStrains],
         rates: Callable[[fem.Function, fem.Function], Callable[[], None]] | None = None,
     ) -> None:
-        self._layout, self._parts, self._rates = layout, parts, rates
+        self._parts, self._rates = parts, rates
 
     def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
         """Function that gives a velocity at a state rates of resultants; None: none needs them."""
@@ -72,28 +55,26 @@ class StrainDamping:
     def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives."""
         terms = []
-        for section, strain, integrate in self._parts:
+        for part in self._parts:
 
-            def over_time(densities: Sequence[Expr], on: Integrate = integrate) -> Form:
+            def over_time(densities: Sequence[Expr], on: Integrate = part.integrate) -> Form:
                 return on([density / along.dt for density in densities])
 
-            common = section, self._layout, strain
-            terms.append(path_terms(*common, along.rows, tests, trial, over_time))
+            terms.append(path_terms(*part.common, along.rows, tests, trial, over_time))
         return reduce(joined, terms)
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
-        layout, dt = self._layout, along.dt
         works = (
-            on([-density / dt for density in taken(section, layout, strain, along)])
-            for section, strain, on in self._parts
+            part.integrate([-density / along.dt for density in taken(*part.common, along)])
+            for part in self._parts
         )
         return reduce(add, works)
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
-        layout = self._layout
-        return reduce(add, (on(at_state(s, layout, e, q, v, dq)) for s, e, on in self._parts))
+        works = (part.integrate(at_state(*part.common, q, v, dq)) for part in self._parts)
+        return reduce(add, works)
 
 
 def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:

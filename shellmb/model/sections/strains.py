@@ -1,28 +1,36 @@
-"""Strains of a body with their section, linear or hyperelastic, and their terms over a step."""
+"""Elastic parts of bodies: strains with a section, and energies of measures, over a step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.measure import Measure, at_middle
+from shellmb.forms.constraints.elements import Stretch
+from shellmb.forms.measure import Measure, at_middle, measure
 from shellmb.forms.state import Layout
+from shellmb.forms.steps import potentials as forms
+from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.general_strains import (
+    POINTS,
     ExactInterval,
     GeneralStrain,
     QuadraticStrain,
     StrainPath,
 )
 from shellmb.forms.steps.mixed import Interval, MixedSection
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Rows, Step, Stress, moment_of
+from shellmb.forms.steps.mixed_nonlinear import (
+    NonlinearMixed,
+    NonlinearPath,
+    projected,
+    tangent,
+)
+from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
 from shellmb.forms.steps.stress_work import general_work, interval_work, stress_work
-from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import Elastic, SubInterval, Term
 
 
@@ -109,7 +117,8 @@ class SectionStrains(Elastic):
     integrate: Integrate
 
     @property
-    def _common(self) -> tuple[MixedSection, Layout, Measure]:
+    def common(self) -> tuple[MixedSection, Layout, Measure]:
+        """Section, places of the state, and strains: what densities are made of."""
         return self.section, self.layout, self.strain
 
     def energy(self, q: Expr) -> Form:
@@ -122,7 +131,7 @@ class SectionStrains(Elastic):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
-        return self.integrate(interval_work(*self._common, span, dq))
+        return self.integrate(interval_work(*self.common, span, dq))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
@@ -150,11 +159,11 @@ class Strains(SectionStrains):
         """Virtual work with its derivatives; None where the states are no functions."""
         if sub.rows is None:
             return None
-        return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
+        return path_terms(*self.common, sub.rows, [dq], trial, self.integrate)
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        return path_terms(*self._common, step.rows, tests, trial, self.integrate)
+        return path_terms(*self.common, step.rows, tests, trial, self.integrate)
 
 
 @dataclass(frozen=True)
@@ -165,7 +174,7 @@ class SeparateRows(SectionStrains):
         """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
         stresses = [s.in_row(k) for s in step.rows.stresses]
         strains = [moment_of(self.strain, s.moment, step.states) for s in stresses]
-        return _stress_work(*self._common, step.states, strains, stresses, (dq,), self.integrate)
+        return _stress_work(*self.common, step.states, strains, stresses, (dq,), self.integrate)
 
 
 @dataclass(frozen=True)
@@ -182,7 +191,7 @@ class GeneralStrains(SectionStrains):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
-        return self.integrate(interval_work(*self._common, span, dq, ExactInterval(self.weight)))
+        return self.integrate(interval_work(*self.common, span, dq, ExactInterval(self.weight)))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord.
@@ -252,3 +261,161 @@ class HyperelasticStrains(SectionStrains):
     def mean_stress(self, step: Step) -> Expr:
         """Mean of the resultants over a step, shape (8,)."""
         return self._over(step, step.states).mean_stress()
+
+
+# a penetration and a rate beyond all others, for the pattern of matrices
+FAR = 1e6
+
+
+@dataclass(frozen=True)
+class ExactEnergy(Elastic):
+    """An energy whose forces are exact over a step (`forms.steps.potentials`).
+
+    Args:
+        measure: Measures of order one of a state that the energy is a function of, at most
+            quadratic, shape (n,).
+        potential: Energy for a weight of one as a function of these.
+        weight: Weight of each point.
+        dx: Measure whose points these are.
+        smooth: Change of the measures up to which Gauss points are exact to round-off; where the
+            potential may have kinks, zero.
+    """
+
+    measure: Callable[[Expr], Expr]
+    potential: Callable[[Expr], Expr]
+    weight: Expr
+    dx: ufl.Measure
+    smooth: float = field(default=0.0, kw_only=True)
+
+    def interval(self, span: Interval, dq: Expr) -> Form:
+        """Virtual work over a sub-interval."""
+        a, b = self.measure(span.a), self.measure(span.b)
+        if span.a is span.b:
+            stress = gradient(self._whole, a)
+        else:
+            stress = self._stress(a, b, span.beta)
+        return self.weight * ufl.dot(stress, variation(self.measure, span.mid, dq)) * self.dx
+
+    def _at(self, e: Expr) -> Expr:
+        """Argument of the potential by the measures."""
+        return e
+
+    def _path(self, e: Stretch) -> Stretch:
+        """Argument of the potential over a step."""
+        return e
+
+    def _whole(self, e: Expr) -> Expr:
+        """The energy as a function of the measures."""
+        return self.potential(self._at(e))
+
+    def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
+        return forms.interval_stress(self.potential, a, b, beta, self.smooth)
+
+    def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+        return forms.path_stresses(self.potential, e, alpha, self.smooth)
+
+    def _over(self, step: Step) -> tuple[Measure, Stretch]:
+        """The measure, and what it is over a step."""
+        path, measured = step.path, measure(self.measure)
+        start = self.measure(path.start)
+        return measured, Stretch(start, self.measure(path.end) - start, step.bow_of(measured))
+
+    def row(self, step: Step, k: int, dq: Expr) -> Form | None:
+        """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
+        (measured, e), p = self._over(step), step.path
+        stresses = self._stresses(e, p.alpha)
+        states = p.states
+        work = sum(
+            ufl.dot(stress, slope_at(measured, on.slopes[k], states, dq))
+            for stress, on in zip(stresses, step.rows.stresses, strict=True)
+        )
+        return self.weight * work * self.dx
+
+    def bow(self, step: Step, held: Expr) -> Form | None:
+        """Energy of the bow of the measures, J."""
+        _, e = self._over(step)
+        return self.weight * forms.path_loss(self.potential, self._path(e)) * self.dx
+
+    def energy(self, q: Expr) -> Form:
+        """The energy, J."""
+        return self.weight * self._whole(self.measure(q)) * self.dx
+
+    def jump(self, a: Expr, b: Expr) -> Form:
+        """Elastic part of eq. (34), J."""
+        ends = (self._at(self.measure(q)) for q in (a, b))
+        return self.weight * forms.interval_jump(self.potential, *ends) * self.dx
+
+
+@dataclass(frozen=True)
+class DistanceEnergy(ExactEnergy):
+    """An energy of a distance that follows from several measures; arguments as of `ExactEnergy`.
+
+    Args:
+        distance: Distance over the size of the scene as a function of the measures; the potential
+            is a function of it, shape (1,).
+    """
+
+    distance: Callable[[Expr], Expr]
+
+    def _at(self, e: Expr) -> Expr:
+        return ufl.as_vector([self.distance(e)])
+
+    def _path(self, e: Stretch) -> Stretch:
+        return forms.distance_stretch(self.distance, e)
+
+    def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
+        stress = forms.interval_stress(self.potential, self._at(a), self._at(b), beta)
+        return stress[0] * forms.distance_slope(self.distance, a, b)
+
+    def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+        return forms.distance_stresses(self.potential, self.distance, e, alpha)
+
+
+@dataclass(frozen=True)
+class PotentialStrains(ExactEnergy):
+    """Quadratic strains with an energy of any form, without resultants.
+
+    Derivatives are those of the mean stress of two Gauss points in time, without the correction
+    that makes it exact, which is of fourth order: Newton's method converges linearly and fast.
+
+    Args:
+        strain: The strains with their derivatives, those of `measure`.
+    """
+
+    strain: Measure
+
+    def interval_term(self, sub: SubInterval, dq: Expr, trial: Any) -> Term | None:
+        """Virtual work of a sub-interval; None at a single state, and where it is linearised."""
+        span = sub.span
+        if span.a is span.b or sub.linear or sub.rows is None:
+            return None
+        value, psi, (x, D) = self.strain.value, self.potential, sub.rows.states[:2]
+        a, b = value(x - D / 2), value(x + D / 2)
+        m, half = (a + b) / 2, POINTS[1] * (b - a) / 2
+        mean = (gradient(psi, m - half) + gradient(psi, m + half)) / 2
+        mean += span.beta / 2 * (gradient(psi, b) - gradient(psi, a))
+        acting, stresses = self.strain.change(x, dq), (self._stress(a, b, span.beta), mean)
+        residual, simple = (ufl.dot(s, acting) * self.weight * self.dx for s in stresses)
+        return Term(residual, sub.rows.numbers, (simple,))
+
+    def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
+        """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
+        psi, alpha = self.potential, step.path.alpha
+        along = QuadraticStrain(self.strain, step.states, step)
+        stretch = Stretch(along.first, along.change, along.bow)
+        stresses = forms.path_stresses(psi, stretch, alpha)
+        first, second = projected(psi, along)
+        middle = (along.first + along.last) / 2
+        simple = first, second + alpha / 2 * ufl.dot(tangent(psi, middle), along.bow)
+
+        def work(stresses: Sequence[Expr], k: int, dq: Expr) -> Form:
+            return along.work(stresses, k, dq) * self.weight * self.dx
+
+        single = _single(trial)
+        residual = work(stresses, 0, tests[0]) + work(stresses, 1, tests[1])
+        alone = work(simple, 0, single), work(simple, 1, single)
+        return Term(residual, step.rows.numbers, alone)
+
+    def row(self, step: Step, k: int, dq: Expr) -> Form | None:
+        """None: the work over a step is `path_term`."""
+        return None

@@ -29,12 +29,11 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousShell
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, Stiffness, assumed
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, tangent
 from shellmb.forms.steps.path import is_quadratic
-from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.forms.surface import Surface
 from shellmb.forms.tying import COUNT
-from shellmb.model.sections.branches import Fading, MaxwellBranches, Resisting, StrainDamping
+from shellmb.model.sections.branches import Fading, MaxwellBranches, StrainDamping
 from shellmb.model.sections.section import SectionFields, couples
 from shellmb.model.sections.strains import (
     GeneralStrains,
@@ -150,12 +149,12 @@ def strain_damping(shell: DiscreteShell) -> StrainDamping | None:
         parts = _of_rest(shell, formulation, strain)
     else:
         parts = _linear(shell, formulation, strain)
-    return StrainDamping(shell.layout, parts, partial(rates_of, shell)) if parts else None
+    return StrainDamping(parts, partial(rates_of, shell)) if parts else None
 
 
 def _linear(
     shell: DiscreteShell, section: LinearMixed | LinearOwn, strain: Measure
-) -> list[Resisting]:
+) -> list[Strains]:
     """Damping of a linear section; of strains that are constrained none."""
     membrane, bend, shear = shell.shell.section.damping_times
 
@@ -169,19 +168,20 @@ def _linear(
     )
     if not any(time is not None for time in times):
         return []
-    return [Resisting(ViscousShell(section, *times), strain, shell.integrate)]
+    return [Strains(ViscousShell(section, *times), shell.layout, strain, shell.integrate)]
 
 
-def _of_rest(shell: DiscreteShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
+def _of_rest(shell: DiscreteShell, section: NonlinearMixed, strain: Measure) -> list[Strains]:
     """Damping of the elements' own strains, but for a share of the shear."""
     A, B, D, G = stiffness_at_rest(shell, section)
     if not any(part is not None for part in (A, B, D, G)):
         return []
-    seen, a, on = assumed(strain, shell.layout), section.a, shell.integrate
+    layout, a, on = shell.layout, section.a, shell.integrate
     own = _whole(A, B, D, None if G is None else (1 - a) * G)
-    found = [Resisting(Stiffness(own), seen, on)]
+    found = [Strains(Stiffness(own), layout, assumed(strain, layout), on)]
     if G is not None and not isinstance(a, Zero):
-        found.append(Resisting(Stiffness(_whole(None, None, None, a * G)), strain, on))
+        shared = Stiffness(_whole(None, None, None, a * G))
+        found.append(Strains(shared, layout, strain, on))
     return found
 
 

@@ -25,10 +25,10 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes, shown
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import NodalConstraint, Prescribed, kink
+from shellmb.model.supports.supports import turning
 from shellmb.scene import Beam, Glue, Join, Scene
 from shellmb.scene.loads.supports import Driven
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.rigid import rotation_matrix
 
 # surfaces whose normals differ by less than this along the edge are one smooth surface [degrees]
 SMOOTH = 3.0
@@ -222,7 +222,7 @@ class Glued:
                     f"{said(self.shell.shell)}, and the former holds it; one must be left out"
                 )
 
-    def clamp(self, where: Bools, rotation: Callable[[float], Floats] | None = None) -> None:
+    def clamp(self, where: Bools, turned: Callable[[Floats, float], Floats] | None = None) -> None:
         """Prescribe the frames at nodes of the line.
 
         A support that takes the shell's director takes the whole end of the beam with it, drilling
@@ -230,7 +230,7 @@ class Glued:
 
         Args:
             where: Which nodes, shape (n,).
-            rotation: Their rotation over time, (3, 3); None: they are held.
+            turned: What vectors are changed by at a time; None: they are held.
         """
         here = where[self.numbers]
         own = slice(0, 6) if self.shares_director else slice(0, 9)
@@ -239,15 +239,13 @@ class Glued:
         zeros = np.zeros(rows.size)
 
         def change(t: float) -> Floats:
-            if rotation is None:
-                return zeros
-            return np.asarray((D @ (rotation(t) - np.eye(3)).T).ravel())
+            return zeros if turned is None else turned(D, t).ravel()
 
         lam = self.rows("lam")[here]
         if self.shares_director:
             lam = np.delete(lam, 2, axis=1)
         idle = np.zeros(lam.size)
-        self.beam.fixed.append(FixedDofs(rows.ravel(), change, rotation is not None))
+        self.beam.fixed.append(FixedDofs(rows.ravel(), change, turned is not None))
         self.beam.fixed.append(FixedDofs(lam.ravel(), lambda t: idle, False))
 
 
@@ -340,16 +338,10 @@ def hold_glued(scene: Scene, every: Sequence[Glued], given: Prescribed) -> list[
             if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glued.shell.name:
                 moved = glued.driven(support) & ~held
                 glued.check_turned(support, moved, given)
-                glued.clamp(moved, _rotation(support))
+                who = f"the support Driven({support.at!r}) of '{glued.shell.name}'"
+                glued.clamp(moved, turning(support, who)[1])
                 held |= moved
         nodes = np.flatnonzero(~held)
         if not glued.shares_director and len(nodes):
             groups.setdefault(glued.turns, []).append((glued, nodes))
     return [_shell_revolutes(items, turns) for turns, items in groups.items()]
-
-
-def _rotation(support: Driven) -> Callable[[float], Floats]:
-    axis = np.asarray(support.axis, dtype=float)
-    axis = axis / np.linalg.norm(axis)
-    angle = support.rotation
-    return lambda t: rotation_matrix(axis * (angle(t) if angle else 0.0))

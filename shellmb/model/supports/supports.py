@@ -8,7 +8,7 @@ from dolfinx import fem, mesh
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.model.body import PrescribedTurn
+from shellmb.model.body import PrescribedTurn, TimeFunction
 from shellmb.model.locations.ends import frame_about
 from shellmb.model.locations.nodes import ON_NODE, Meshed, Nodes, Place, said_point, shared_nodes
 from shellmb.model.shells.shell import ShellModel
@@ -267,20 +267,8 @@ class SupportRows:
     def _drive(self, support: scene_supports.Driven) -> None:
         nodes = self._nodes(support.at)
         origin = np.asarray(support.about, dtype=float)
-        axis = np.asarray(support.axis, dtype=float)
-        axis = axis / np.linalg.norm(axis)
-
         who = f"the support Driven({support.at!r}) of '{self._body.name}'"
-
-        def rotation(t: float) -> float:
-            assert support.rotation is not None
-            return float(numbers_at(support.rotation(t), t, f"{who}: rotation"))
-
-        def turned(v: Floats, t: float) -> Floats:
-            angle = rotation(t) if support.rotation else 0.0
-            # Rodrigues' formula for the change of v, accurate for small angles
-            cross = np.cross(axis, v)
-            return np.sin(angle) * cross + 2 * np.sin(angle / 2) ** 2 * np.cross(axis, cross)
+        rotation, turned = turning(support, who)
 
         def displacement(t: float) -> Floats:
             moved = support.translation
@@ -292,6 +280,25 @@ class SupportRows:
         self._hold(support.at, "u", displacement)
         self._turn = None
         self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
+
+
+def turning(
+    support: scene_supports.Driven, who: str
+) -> tuple[TimeFunction, Callable[[Floats, float], Floats]]:
+    """Angle of a support over time, and what it changes vectors by, shape (..., 3)."""
+    axis, given = np.asarray(support.axis, dtype=float), support.rotation
+    axis = axis / np.linalg.norm(axis)
+
+    def rotation(t: float) -> float:
+        return 0.0 if given is None else float(numbers_at(given(t), t, f"{who}: rotation"))
+
+    def turned(v: Floats, t: float) -> Floats:
+        angle = rotation(t)
+        # Rodrigues' formula for the change of v, accurate for small angles
+        cross = np.cross(axis, v)
+        return np.sin(angle) * cross + 2 * np.sin(angle / 2) ** 2 * np.cross(axis, cross)
+
+    return rotation, turned
 
 
 def _uniform(component: Any, count: int, who: str) -> Values:

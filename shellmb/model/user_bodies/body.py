@@ -25,16 +25,11 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.constraints.held import Held
-from shellmb.forms.measure import Measure, measure
+from shellmb.forms.measure import measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps import potentials as forms
-from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.general_strains import POINTS, QuadraticStrain
 from shellmb.forms.steps.mixed import Stiffness
-from shellmb.forms.steps.path import Step, is_quadratic
-from shellmb.forms.steps.stress_work_nonlinear import projected, tangent
+from shellmb.forms.steps.path import is_quadratic
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import (
     Body,
@@ -43,68 +38,14 @@ from shellmb.model.body import (
     FixedDofs,
     PartScale,
     Rates,
-    SubInterval,
-    Term,
     TimeFunction,
 )
 from shellmb.model.joints.constraints import Constraints
-from shellmb.model.potentials.exact import ExactEnergy
-from shellmb.model.sections.strains import Strains
+from shellmb.model.sections.strains import PotentialStrains, Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import values_in_cells
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.types import vector
-
-
-@dataclass(frozen=True)
-class PotentialStrains(ExactEnergy):
-    """Quadratic strains with an energy of any form, without resultants.
-
-    Derivatives are those of the mean stress of two Gauss points in time, without the correction
-    that makes it exact, which is of fourth order: Newton's method converges linearly and fast.
-
-    Args:
-        strain: The strains with their derivatives, those of `measure`.
-    """
-
-    strain: Measure
-
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Any) -> Term | None:
-        """Virtual work of a sub-interval; None at a single state, and where it is linearised."""
-        span = sub.span
-        if span.a is span.b or sub.linear or sub.rows is None:
-            return None
-        value, psi, (x, D) = self.strain.value, self.potential, sub.rows.states[:2]
-        a, b = value(x - D / 2), value(x + D / 2)
-        m, half = (a + b) / 2, POINTS[1] * (b - a) / 2
-        mean = (gradient(psi, m - half) + gradient(psi, m + half)) / 2
-        mean += span.beta / 2 * (gradient(psi, b) - gradient(psi, a))
-        acting, stresses = self.strain.change(x, dq), (self._stress(a, b, span.beta), mean)
-        residual, simple = (ufl.dot(s, acting) * self.weight * self.dx for s in stresses)
-        return Term(residual, sub.rows.numbers, (simple,))
-
-    def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
-        """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        psi, alpha = self.potential, step.path.alpha
-        along = QuadraticStrain(self.strain, step.states, step)
-        stretch = Stretch(along.first, along.change, along.bow)
-        stresses = forms.path_stresses(psi, stretch, alpha)
-        first, second = projected(psi, along)
-        middle = (along.first + along.last) / 2
-        simple = first, second + alpha / 2 * ufl.dot(tangent(psi, middle), along.bow)
-
-        def work(stresses: Sequence[Expr], k: int, dq: Expr) -> Form:
-            return along.work(stresses, k, dq) * self.weight * self.dx
-
-        single = ufl.TestFunction(trial.ufl_function_space())
-        residual = work(stresses, 0, tests[0]) + work(stresses, 1, tests[1])
-        alone = work(simple, 0, single), work(simple, 1, single)
-        return Term(residual, step.rows.numbers, alone)
-
-    def row(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """None: the work over a step is `path_term`."""
-        return None
-
 
 ADVICE = "a smaller step"
 # of the energy of a constraint, below which a multiplier counts as zero

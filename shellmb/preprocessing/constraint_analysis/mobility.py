@@ -20,7 +20,6 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Dofs, added
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
@@ -31,7 +30,8 @@ from shellmb.preprocessing.constraint_analysis.motions import Frame, describe
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP
 from shellmb.preprocessing.constraint_analysis.rows import local_rows
 from shellmb.scene.lookup import said
-from shellmb.schemes.residuals.forces import interval_forces
+from shellmb.schemes.base import at_state
+from shellmb.schemes.residuals.residual import interval_forces
 
 # a motion along which constraints change by less than this part of what they change along others
 NOTHING = 1e-8
@@ -252,7 +252,7 @@ class Motions:
             extra = body.applied(q, None, dq, time)
             if body.name in self.model.own:
                 # strains of the user's own may be of the place, as those of a foundation
-                inner = interval_forces(body, Interval(q, q, q, q, q, 0.0), dq)
+                inner = interval_forces(body, at_state(q), dq)
                 extra = added([extra, None if inner is None else -inner])
             if extra is None:
                 continue

@@ -17,7 +17,7 @@ from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.bodyfields import body_field
 from shellmb.schemes.interval import at_state
-from shellmb.schemes.residuals.forces import sub_forces
+from shellmb.schemes.residuals.residual import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import DependentFunctions, Field

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,18 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.steps.path import Path, Rows, Step
-from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
+from shellmb.model.body import Body, Dofs, Rates, added, kinetic_energy
 from shellmb.model.sections.branches import Course, branches_of
+from shellmb.model.sections.strains import together
 from shellmb.schemes.base import END, Levels, Resulting, Tangent, Values
-from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
-from shellmb.schemes.residuals.residual import Instants, Sample, StageForms, acting, averaged
+from shellmb.schemes.residuals.residual import (
+    Instants,
+    Sample,
+    StageForms,
+    acting,
+    averaged,
+    bow_energy,
+)
 from shellmb.schemes.residuals.rows import (
     NAMES,
     Mixed,
@@ -63,7 +70,9 @@ class PathForms:
     def stages(self) -> dict[str, StageForms]:
         """Residuals of both rows, by the name of their stage."""
         body, result = self._body, {}
-        terms, work = path_term(body, self.step), None
+        found = [part.path_term(self.step, *body.mixed.arguments) for part in body.elastic]
+        both = [term for term in found if term is not None]
+        terms, work = [reduce(together, both)] if both else [], None
         alpha, sources = (
             self._scheme.alpha,
             (self.path.start, self.path.end, self.path.end_velocity),
@@ -81,10 +90,11 @@ class PathForms:
         step = self.step._replace(path=self.path._replace(**functions))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
-            form = path_forces(body, step, k, dq)
+            elastic = [part.row(step, k, dq) for part in body.elastic]
+            held = [constraint.path(step.path, k, dq) for constraint in body.constraints]
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
             samples, followed = self._samples(stage, step.path)
-            parts = [f for f in (inertia, form) if f is not None]
+            parts = [f for f in (inertia, added([*elastic, *held])) if f is not None]
             parts += acting(body, followed, dq)
             result[stage] = StageForms(None, tuple(parts), samples)
         forms = [term.residual for term in terms]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, partial, reduce
 from typing import Any, cast
 
 import numpy as np
@@ -12,10 +12,22 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
+from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
-from shellmb.model.body import Body, JumpForms, LoadFactors, Rates, Term, TimeFunction, added
+from shellmb.forms.steps.path import Step
+from shellmb.model.body import (
+    Body,
+    JumpForms,
+    LoadFactors,
+    Rates,
+    SubInterval,
+    Term,
+    TimeFunction,
+    added,
+)
 from shellmb.model.sections.branches import Course, MaxwellBranches, branches_of
+from shellmb.model.sections.strains import together
 from shellmb.schemes.base import (
     END,
     GAUSS_TIMES,
@@ -27,12 +39,6 @@ from shellmb.schemes.base import (
     Values,
 )
 from shellmb.schemes.linearised import change
-from shellmb.schemes.residuals.forces import (
-    jump_constraint,
-    jump_energy,
-    sub_forces,
-    velocity_constraint,
-)
 from shellmb.schemes.residuals.rows import Mixed, PathStates, Span, over_interval
 
 # instants of a step and their weights
@@ -216,7 +222,7 @@ class IntervalForms:
     def mean_state(self) -> Expr:
         """State of which the averaged stress of the last sub-interval is."""
         span = self._span
-        return span.at if span.a is span.b else stress_average(span.a, span.b, span.beta)
+        return span.b if span.a is span.b else stress_average(span.a, span.b, span.beta)
 
     def mean_resultants(self, body: Resulting) -> Expr:
         """Resultants of the averaged stress of the last sub-interval."""
@@ -230,6 +236,63 @@ class IntervalForms:
             return []
         found = jump_energy(self._body, self._levels.q, self._levels.unknown[stage])
         return [] if found is None else [found]
+
+
+def interval_forces(body: Body, span: Interval, dq: Expr) -> Form | None:
+    """Internal and constraint forces of a sub-interval, or of a single state.
+
+    Args:
+        body: The body.
+        span: The sub-interval.
+        dq: Virtual displacement.
+    """
+    elastic = [part.interval(span, dq) for part in body.elastic]
+    return added([*elastic, *(held.interval(span, dq) for held in body.constraints)])
+
+
+def sub_forces(
+    body: Body, sub: SubInterval, dq: Expr, trial: Expr
+) -> tuple[Form | None, list[Term]]:
+    """Forces of a sub-interval: what has kernels that know no scheme as terms.
+
+    Args:
+        body: The body.
+        sub: A sub-interval of a step, or a single state.
+        dq: Virtual displacement.
+        trial: Direction of derivatives.
+    """
+    terms: list[Term] = []
+    for part in body.elastic:
+        term = part.interval_term(sub, dq, trial)
+        if term is None:
+            return interval_forces(body, sub.span, dq), []
+        terms.append(term)
+    forms = added(held.interval(sub.span, dq) for held in body.constraints)
+    return forms, [reduce(together, terms)] if terms else []
+
+
+def velocity_constraint(body: Body, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+    """Constraints on velocities at the state `mid`, with their impulses; None without any."""
+    return added(held.velocity(v, mid, dv) for held in body.constraints)
+
+
+def jump_constraint(body: Body, step: VelocityJump, dq: Expr) -> JumpForms:
+    """Constraints on velocities at the end of a step that begins with a jump."""
+    found = [pair for held in body.constraints if (pair := held.jump(step, dq)) is not None]
+    if not found:
+        return None
+    impulses, forces = zip(*found, strict=True)
+    return sum(impulses[1:], impulses[0]), sum(forces[1:], forces[0])
+
+
+def jump_energy(body: Body, a: Expr, b: Expr) -> Form | None:
+    """Elastic part of eq. (34) for the jump from `a` to `b`; None without any."""
+    return added(part.jump(a, b) for part in body.elastic)
+
+
+def bow_energy(body: Body, step: Step, held: Expr) -> Form | None:
+    """Elastic energy of the bow of the strains, eq. (Q5); arguments as of `Elastic.bow`."""
+    return added(part.bow(step, held) for part in body.elastic)
 
 
 def stage_forms(
@@ -346,7 +409,7 @@ def span_of(body: Body, levels: Levels, stage: Stage, name: str) -> Interval:
     held = {n for p in titles for n in _numbers(body, p)}
     size = ufl.shape(end)[0]
     unknown = ufl.as_vector([(end if k in held else there)[k] for k in range(size)])
-    return Interval(there, there, there, there, unknown, 0.0, end)
+    return Interval(there, there, there, unknown, 0.0, end)
 
 
 def _numbers(body: Body, part: str) -> range:

@@ -150,10 +150,10 @@ class Span:
     def rows(self) -> Rows | None:
         """States as functions; None where it is none between two of them."""
         unknown, number = self._unknown, self._number
-        a, b, mid, at, held, beta, _ = self._of
+        a, b, mid, held, beta, _ = self._of
         holder = unknown[number]
         mesh = holder.function_space.mesh
-        if a is b is mid is at is held is holder:
+        if a is b is mid is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
             states: tuple[Expr, ...] = self.states.functions
             row, like, ahead = AT_STATE, None, None
@@ -176,10 +176,10 @@ class Span:
         And the chord of the other one, where there are two and the step is requested; None where it
         is none between two states.
         """
-        a, b, mid, at, held, *_ = self._of
+        a, b, mid, held, *_ = self._of
         middle = renumber_indices(mid) == renumber_indices(mean(a, b))
         holder = self._unknown[self._number]
-        if not (middle and isinstance(a, fem.Function) and b is at is held is holder):
+        if not (middle and isinstance(a, fem.Function) and b is held is holder):
             return None
         sources, weights = [a, holder], np.array([FIRST, LAST]).T
         others = [q for q in (self._before, *self._unknown) if q is not None and q not in sources]

@@ -25,7 +25,7 @@ from shellmb.preprocessing.bodyfields import (
     without_jump,
 )
 from shellmb.schemes.base import Levels
-from shellmb.schemes.residuals.forces import velocity_constraint
+from shellmb.schemes.residuals.residual import velocity_constraint
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Unreduced
 from shellmb.system.direct.mumps import ALIKE, new_prefix

@@ -22,7 +22,6 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Rates, added
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.preprocessing.bodyfields import (
@@ -32,9 +31,8 @@ from shellmb.preprocessing.bodyfields import (
     parts_of,
     without_jump,
 )
-from shellmb.schemes.base import END, end_acceleration, end_velocity
-from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
-from shellmb.schemes.residuals.residual import Sample
+from shellmb.schemes.base import END, at_state, end_acceleration, end_velocity
+from shellmb.schemes.residuals.residual import Sample, interval_forces, velocity_constraint
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
@@ -224,4 +222,4 @@ def _internal(body: Body, q: fem.Function, unknown: fem.Function, dq: Expr) -> F
                 # forces of the nodes' constraints are those of accelerations
                 owner[k] = ufl.as_ufl(0.0)
     state = ufl.as_vector(owner)
-    return interval_forces(body, Interval(state, state, state, state, state, 0.0), dq)
+    return interval_forces(body, at_state(state), dq)

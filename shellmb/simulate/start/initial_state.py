@@ -81,7 +81,10 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     if start.at is not None:
         return _take_frame(start, problem, scene, stored, who)
     anew = False
-    following = [*model.mechanism.bodies, *(part for v in model.volumes for part in v.bodies)]
+    following = [
+        *model.mechanism.bodies,
+        *(part for v in model.volumes for part in (v, *v.surfaces)),
+    ]
     for body in model.bodies:
         levels = problem.levels[body.name]
         given = stored.arrays.get(f"{body.name}/q")

@@ -34,7 +34,7 @@ from shellmb.preprocessing.bodyfields import (
 )
 from shellmb.schemes.base import Levels
 from shellmb.schemes.interval import at_state
-from shellmb.schemes.residuals.forces import sub_forces
+from shellmb.schemes.residuals.residual import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import DependentFunctions, Field

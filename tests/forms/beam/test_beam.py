@@ -12,7 +12,7 @@ from shellmb.forms import frame
 from shellmb.model.body import strain_energy
 from shellmb.scene import Line
 from shellmb.schemes.base import at_state, interval
-from shellmb.schemes.residuals.forces import interval_forces, jump_energy
+from shellmb.schemes.residuals.residual import interval_forces, jump_energy
 from tests.forms.conftest import compiled
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
