@@ -82,28 +82,6 @@ static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const
     }
 }
 
-/* Sums of so few products, which are a constant for the compiler, of values or of numbers that all points
- * have with values. */
-static INLINED void NAME(dot)(int some, int uniform, const int *terms, V *const *base, V *restrict to,
-                              const double *u, int n)
-{
-    const V *x[6], *y[6];
-    V same[6];
-    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k) {
-        x[k] = uniform ? NULL : AT(terms[2 * k]), y[k] = AT(terms[2 * k + 1]);
-        same[k] = (V){0} + (uniform ? u[terms[2 * k]] : 0.0);
-    }
-    FEW(i)
-    {
-        V sum = (uniform ? same[0] : x[0][i]) * y[0][i];
-        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
-            sum += (uniform ? same[k] : x[k][i]) * y[k][i];
-        to[i] = sum;
-    }
-}
-
-#define DOT(some) case DOT##some: NAME(dot)(some, 0, terms + k->a, base, to, u, n); break;
-#define U_DOT(some) case U_DOT##some: NAME(dot)(some, 1, terms + k->a, base, to, u, n); break;
 #define TERMS(count, adds, factor)                                                                 \
     for (int j = count; j > 0; --j, t += 2) {                                                      \
         const V *y = AT(t[1]);                                                                     \
@@ -138,8 +116,6 @@ static INLINED void NAME(operate_on)(int count, const Instruction *code, const i
             FEW(i) to[i] = sum[i];
             break;
         }
-        DOT(2) DOT(3) DOT(4) DOT(5) DOT(6)
-        U_DOT(2) U_DOT(3) U_DOT(4) U_DOT(5)
         case FILL: OF_ALL(zero + u[k->a]);
         default: NAME(apply)(k, base, n);
         }
@@ -458,8 +434,6 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
 }
 #undef AT
 #undef OF_ALL
-#undef DOT
-#undef U_DOT
 #undef ENTRIES
 #undef TILES
 #undef FEW

@@ -15,7 +15,7 @@ from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Points, Tables
-from shellmb.native.programs.translation import CODES, KEPT, SUMS, UNIFORM, Instruction, Translation
+from shellmb.native.programs.translation import CODES, KEPT, UNIFORM, Instruction, Translation
 
 # points of a rule that are taken at once, at most, and bytes that their registers take
 POINTS, ROOM = 4, 42_000
@@ -162,7 +162,7 @@ class Rule:
         place, found, terms = self._place, [], list(made.terms)
         for op, to, *of in made.code:
             name = CODES[op]
-            if name in SUMS:
+            if name == "sum":
                 first, varying, uniform, start = of
                 products = (varying & 0xFFFF) + (varying >> 16)
                 others = (uniform & 0xFFFF) + (uniform >> 16)

@@ -8,15 +8,12 @@ from shellmb.native.programs.graph import BINARY, COMPARED, LEAVES, UNARY, Graph
 
 # operations, of which C has a list
 CODES = (
-    "add", "add_u", "sub", "sub_u", "u_sub", "mul", "u_mul", "div", "u_div", "sum", "dot2",
-    "dot3", "dot4", "dot5", "dot6", "u_dot2", "u_dot3", "u_dot4", "u_dot5", "fill",
+    "add", "add_u", "sub", "sub_u", "u_sub", "mul", "u_mul", "div", "u_div", "sum", "fill",
     "pow", "atan2", "min", "max", "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan",
     "asin", "acos", "atan", "sinh", "cosh", "tanh", "erf", "lt", "le", "gt", "ge", "eq", "ne",
     "and", "or", "not", "choose",
 )  # fmt: skip
 CODE = {name: k for k, name in enumerate(CODES)}
-# sums of products
-SUMS = [name for name in CODES if name == "sum" or "dot" in name]
 # which operands are numbers that all points have
 UNIFORM = {"add_u": (1,), "sub_u": (1,), "u_sub": (0,), "u_mul": (0,), "u_div": (0,), "fill": (0,)}
 # a term of a sum: its sign, and what it is a product of, or a value and None
@@ -213,11 +210,7 @@ class Translation:
             self.terms += part
         plus, minus, u_plus, u_minus = (len(part) // 2 for part in parts)
         numbers = plus + (minus << 16), u_plus + (u_minus << 16)
-        # short ones have operations of their own
-        kinds = {plus: f"dot{plus}", u_plus: f"u_dot{u_plus}"}
-        alone = kinds.get(len(terms), "") if start == self._zero else ""
-        code = CODE[alone if alone in CODE else "sum"]
-        self.code.append((code, target, first, *numbers, start))
+        self.code.append((CODE["sum"], target, first, *numbers, start))
         self._register[node] = target
         self._free += used
         for _, a, b in terms:
