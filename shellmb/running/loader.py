@@ -48,11 +48,11 @@ class SceneModule:
 
     Args:
         name: Name of the demo, or of the file without its ending.
-        module: The module.
+        module: The module, or what has its names.
     """
 
     name: str
-    module: types.ModuleType
+    module: types.ModuleType | types.SimpleNamespace
 
     @property
     def results(self) -> Callable[..., dict[str, float]] | None:
@@ -235,11 +235,9 @@ def given(scene: Scene | Callable[..., Scene], parameters: Mapping[str, Any]) ->
         name, make = scene.name, lambda: scene
     else:
         name, make = getattr(scene, "__name__", "scene"), lambda: scene(**parameters)
-    module = types.ModuleType(name)
-    module.__dict__["scene"] = make
-    found = SceneModule(name, module)
-    module.__dict__["results"] = found.build().results
-    return found
+    module = types.SimpleNamespace(scene=make)
+    module.results = SceneModule(name, module).build().results
+    return SceneModule(name, module)
 
 
 def check_function(scene: Any, who: str) -> None:

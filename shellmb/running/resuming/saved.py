@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,10 +11,10 @@ from mpi4py import MPI
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, first_error, read_bytes, read_json
+from shellmb.model.rank_consistency import alike
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY
@@ -80,22 +82,19 @@ def has_begun(directory: Path, comm: MPI.Comm) -> bool:
     Raises:
         SceneError: If it has, and its state is missing.
     """
-    begun = comm.bcast(_begun(directory) if comm.rank == 0 else None)
-    if begun is None:
-        raise SceneError(
-            f"resume: {directory / STATE / STATE_FILE} is missing, though the run has made steps; "
-            f"{ANEW}"
-        )
-    return bool(begun)
+    with alike(comm):
+        begun = comm.rank == 0 and _begun(directory)
+    return bool(comm.bcast(begun))
 
 
-def _begun(directory: Path) -> bool | None:
-    """None: it has, and its state is missing."""
-    if (directory / STATE / STATE_FILE).exists():
+def _begun(directory: Path) -> bool:
+    file, history = directory / STATE / STATE_FILE, directory / HISTORY
+    if file.exists():
         return True
-    history = directory / HISTORY
     rows = history.read_bytes().count(b"\n") - 1 if history.is_file() else 0
-    return None if rows > 1 or (directory / SUMMARY).exists() else False
+    if rows > 1 or (directory / SUMMARY).exists():
+        raise SceneError(f"resume: {file} is missing, though the run has made steps; {ANEW}")
+    return False
 
 
 def read_saved(directory: Path, comm: MPI.Comm, spread: bool = False) -> Saved:
@@ -110,35 +109,28 @@ def read_saved(directory: Path, comm: MPI.Comm, spread: bool = False) -> Saved:
         SceneError: If there is no state, it was written by another number of ranks or version, or
             anything is damaged.
     """
-    # what one rank finds all have to know
-    found: dict[str, Any] = {}
-    arrays, wrong = {}, None
+    folder, found, arrays = directory / STATE, dict[str, Any](), dict[str, Any]()
     ranks: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = ()
-    try:
+    with alike(comm), _resuming():
         if comm.rank == 0:
-            found = _read_state(directory / STATE / STATE_FILE, None if spread else comm.size)
+            found = _read_state(folder / STATE_FILE, None if spread else comm.size)
             _check_history(directory / HISTORY, found)
-    except SceneError as error:
-        wrong = _sentence(error)
-    found, wrong = comm.bcast((found, wrong))
-    if wrong is None:
-        try:
-            if found["ranks"] == comm.size:
-                arrays = _read_arrays(directory / STATE, found, comm.rank)
-            else:
-                ranks = _read_ranks(directory / STATE, found)
-        except Damaged as error:
-            wrong = _sentence(error)
-        wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise SceneError(wrong)
+    found = comm.bcast(found)
+    with alike(comm), _resuming():
+        if found["ranks"] == comm.size:
+            arrays = _read_arrays(folder, found, comm.rank)
+        else:
+            ranks = _read_ranks(folder, found)
     return Saved(arrays, found["simulation"], found["observers"], found["scene"], ranks)
 
 
-def _sentence(error: SceneError) -> str:
-    if not isinstance(error, Damaged):
-        return str(error)
-    return f"resume: {error}, so the run cannot continue from it; {ANEW}"
+@contextmanager
+def _resuming() -> Iterator[None]:
+    """Context in which a damaged file says what follows for the run."""
+    try:
+        yield
+    except Damaged as error:
+        raise SceneError(f"resume: {error}, so the run cannot continue from it; {ANEW}") from None
 
 
 def _read_state(file: Path, ranks: int | None) -> dict[str, Any]:

@@ -79,8 +79,7 @@ def changed(shell: Shell, name: str, change: Callable[[Any], Any]) -> LinearSect
     if found and int(found[1]) < len(plies):
         k, part = int(found[1]), found[2]
         ply = replace(plies[k], **{part: change(getattr(plies[k], part))})
-        made: LinearSection = replace(section, plies=(*plies[:k], ply, *plies[k + 1 :]))
-        return made
+        return replace(section, plies=(*plies[:k], ply, *plies[k + 1 :]))
     own = {f.name for f in fields_of(section)}
     known: list[str] = [n for n in ("thickness", "angle", "offset") if n in own]
     known += [f"plies[{k}].{n}" for k in range(len(plies)) for n in ("thickness", "angle")]
@@ -89,5 +88,4 @@ def changed(shell: Shell, name: str, change: Callable[[Any], Any]) -> LinearSect
             f"adjoint: the section of shell '{shell.name}' has no '{name}' that may vary; it has "
             + ", ".join(known)
         )
-    changed_section: LinearSection = replace(section, **{name: change(getattr(section, name))})
-    return changed_section
+    return replace(section, **{name: change(getattr(section, name))})
