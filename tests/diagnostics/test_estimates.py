@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
+from shellmb.demos.verification.problems.elements.beams import tube as slit
 from shellmb.demos.verification.problems.elements.curved import hypar
 from shellmb.demos.verification.problems.elements.rows import Mesh
 from shellmb.diagnostics.elements.coarse import Coarse
@@ -55,6 +56,19 @@ def cook(cell: Any) -> Scene:
     return Scene("cook", shell, supports=sm.Clamped("left"), loads=shear)
 
 
+def warping(cell: Any) -> Scene:
+    """A slit tube that is twisted, on moved nodes, some of which are beside nodes across the slit.
+
+    Its middle section does not turn, and half of the tube is meshed.
+    """
+    section = sm.Isotropic(1.0, 0.3, thickness=5e-3)
+    shell = sm.Shell("tube", slit(4.0), section, (16, 4), cell=cell, distortion=0.25)
+    held = sm.Fixed("bottom", (None, 0.0, 0.0), (0.0, 0.0, 0.0))
+    along = sm.Fixed((0.0, 0.0, -1.0), (0.0, None, None))
+    twist = sm.EdgeMoment("top", (1e-11, 0.0, 0.0))
+    return Scene("tube", shell, supports=(held, along), loads=twist)
+
+
 AROUND = "left", "right", "bottom", "top"
 CUBIC = {"degree": 3}
 SOFT = sm.Isotropic(1.0, 0.3, thickness=0.1, shear_correction=0.01)
@@ -83,6 +97,8 @@ BODIES: dict[str, tuple[Scene, float]] = {
     "octant 1e-3, 4x4": (sphere(Mesh("quad", (4, 4)), 1e-3), 88.0),
     "octant 1e-3, 4x4, degree 3": (of(sphere(Mesh("quad", (4, 4)), 1e-3), **CUBIC), 59.3),
     "octant 1e-3, 4x4 triangles": (sphere(Mesh("tri", (4, 4)), 1e-3), 89.2),
+    "slit tube 5e-3, 16x4 moved": (warping("quad"), 1.0),
+    "slit tube 5e-3, 16x4 moved triangles": (warping("tri"), 0.3),
     "tube, point force 1e-3, 4x4": (tube(Mesh("quad", (4, 4)), 1e-3, PULL), 45.9),
     "tube, pressure 2e-2, 4x4": (tube(Mesh("quad", (4, 4)), 2e-2, SMALL), 6.8),
     "tube, pressure 2e-2, 4x4 triangles": (tube(Mesh("tri", (4, 4)), 2e-2, SMALL), 20.6),

@@ -28,7 +28,7 @@ from shellmb.observers.fields.nodal import state
 from shellmb.preprocessing.modal.tangent import bending, bending_scales
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import PointForce, PointLoad, SurfaceForce
-from shellmb.scene.loads.supports import Support
+from shellmb.scene.loads.supports import Clamped, Driven, Fixed, Support, at_rest
 from shellmb.scene.shells.gmsh_surfaces import OfFile
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
@@ -152,9 +152,12 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     """
     scene, shells, found = simulation.scene, simulation.model.shells, None
     flat = {name for name, body in shells.items() if not Mesh(body).curved}
-    if scene.static or (scene.supports and len(flat) < len(shells)):
-        still = partial(scene.with_options, "linear-statics", dt=scene.t_end)
-        found = _beside(simulation, still, False)
+    still: dict[str, Any] = {"scheme": "linear-statics", "dt": scene.t_end}
+    if scene.static:
+        found = _beside(simulation, lambda: scene.with_options(**still), False)
+    if found is None and scene.supports and (scene.static or len(flat) < len(shells)):
+        held = replace(scene, supports=tuple(map(_held, scene.supports)), assemble=False)
+        found = _beside(simulation, lambda: held.with_options(**still), False)
     shape = partial(_shaped, simulation, states)
     if found is None:
         return _beside(simulation, shape, True)
@@ -207,8 +210,19 @@ def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> 
         if wider := by_wider(scene, response):
             runs = [response(scene), *wider[0]]
             off = {name: _extrapolated(runs, name) for name in simulation.model.shells}
-            return Finer(off, f"{said} {wider[1]}")
+            return Finer(off, f"{said} {wider[1]}") if any(off.values()) else None
     return None
+
+
+def _held(support: Support) -> Support:
+    """A support that holds where it is what it holds elsewhere or moves."""
+    if isinstance(support, Driven):
+        return Clamped(support.at, support.body)
+    if not isinstance(support, Fixed):
+        return support
+    both = {"displacement": support.displacement, "director": support.director}
+    zeros: Any = {name: [None if c is None else 0.0 for c in some] for name, some in both.items()}
+    return replace(support, **zeros)
 
 
 def _extrapolated(runs: Sequence[Simulation], name: str) -> float:
@@ -246,14 +260,14 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
     Forces on points, of joints and of inertia are spread over all of a body, and no longer known.
     """
     scene, loads, step = simulation.scene, [], simulation.scene.t_end
+    rests = all(map(at_rest, scene.supports))
     for names in _pieces(scene, states):
         bodies = [simulation.model.shells[name] for name in names]
         points = [point for name in names for point in _points(simulation, name)]
         moved = [_moved(simulation, name, states[name]) for name in names]
-        x, u, areas = (np.concatenate(parts) for parts in zip(*moved, strict=True))
-        # whether edges hold it
-        held = bool(points) and not any(points)
-        u = _deformed(x, u, areas, held, simulation.scheme.linear)
+        x, u, areas, held = (np.concatenate(parts) for parts in zip(*moved, strict=True))
+        held *= bool(points) and not any(points)
+        u = _deformed(x, u, areas, held, simulation.scheme.linear, rests)
         # forces by which it moves little
         scale = SMALL * min(D / length**4 for D, _, length in map(bending, bodies))
         ends = np.cumsum([len(part) for part, *_ in moved])[:-1]
@@ -263,6 +277,7 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
         step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
     scheme = "linear-statics" if scene.static else "linear-dynamics"
     kept = {name: getattr(scene, name) for name in KEPT}
+    kept["supports"] = tuple(map(_held, scene.supports))
     return Scene(scene.name, **kept, loads=loads, scheme=scheme, dt=step, t_end=step)
 
 
@@ -276,15 +291,18 @@ def _pieces(scene: Scene, names: Iterable[str]) -> list[tuple[str, ...]]:
     return list(dict.fromkeys(pieces.values()))
 
 
-def _deformed(x: Floats, u: Floats, areas: Floats, held: bool, linear: bool) -> Floats:
+def _deformed(
+    x: Floats, u: Floats, areas: Floats, held: Floats, linear: bool, rests: bool
+) -> Floats:
     """Displacements without the rigid motion that is nearest.
 
     Args:
         x: Places of nodes, shape (n, 3).
         u: Their displacements.
         areas: Those that belong to them.
-        held: Whether edges hold the body; it counts where it turns little.
+        held: One where edges hold the body, zero elsewhere.
         linear: Whether displacements are small ones of whatever size.
+        rests: Whether these edges rest; the rigid motion counts where it turns little.
     """
     most = float(np.linalg.norm(u, axis=1).max())
     if linear and most > 0:
@@ -293,7 +311,10 @@ def _deformed(x: Floats, u: Floats, areas: Floats, held: bool, linear: bool) -> 
     V, _, W = np.linalg.svd(X.T @ (areas[:, None] * y))
     V[:, 2] *= np.sign(np.linalg.det(V @ W))
     back = (V @ W).T
-    return u if held and np.trace(back) >= 3 - TURNED**2 else y @ back - X
+    if rests and held.any() and np.trace(back) >= 3 - TURNED**2:
+        return u
+    u = y @ back - X
+    return u if rests else u - held @ u / max(np.sum(held), 1)
 
 
 class Polynomial:
@@ -326,7 +347,7 @@ def _apart(run: Simulation, finer: Simulation, smooth: bool) -> dict[str, float]
         if max(energies) > 0:
             off[name] = 1 - min(energies) / max(energies)
         if name in off and not smooth:
-            (x, u, _), (X, U, _) = (_moved(e, name, state(e, name)) for e in (run, finer))
+            (x, u, *_), (X, U, *_) = (_moved(e, name, state(e, name)) for e in (run, finer))
             right = _at(x, u, X, U)
             most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
             apart, farthest = np.linalg.norm(u - right, axis=1), np.linalg.norm(right, axis=1)
@@ -349,10 +370,11 @@ def _at(x: Floats, u: Floats, X: Floats, U: Floats) -> Floats:
     """
     from scipy.spatial import cKDTree
 
-    apart, near = cKDTree(X).query(x, k=SEVERAL)
+    tree, close = cKDTree(X), NEAR * np.ptp(X, axis=0).max()
+    apart, near = tree.query(x, k=SEVERAL)
     # two at one place along slits and joined edges
     change = np.linalg.norm(U[near[:, :2]] - u[:, None], axis=2)
-    change[apart[:, :2] > NEAR * np.ptp(X, axis=0).max()] = np.inf
+    change[apart[:, :2] > close] = np.inf
     found = U[near[np.arange(len(x)), change.argmin(axis=1)]]
     # elsewhere polynomials of degree 2
     rest = ~np.isfinite(change).any(axis=1)
@@ -361,16 +383,23 @@ def _at(x: Floats, u: Floats, X: Floats, U: Floats) -> Floats:
     terms = np.ones_like(steps[..., :1]), steps, steps[..., i] * steps[..., j]
     first = np.linalg.pinv(np.concatenate(terms, axis=2), 1e-3)[:, 0]
     found[rest] = np.einsum("nk,nkx->nx", first, U[near[rest]])
+    # but not across slits: these are not compared
+    alone = tree.query(X, k=2)[0][:, 1] > close
+    rest &= ~alone[near].all(axis=1)
+    found[rest] = u[rest]
     return np.asarray(found)
 
 
-def _moved(simulation: Simulation, name: str, q: Floats) -> tuple[Floats, Floats, Floats]:
-    """Places of all nodes, displacements in a state, and areas; the same on all ranks."""
+def _moved(simulation: Simulation, name: str, q: Floats) -> tuple[Floats, ...]:
+    """Places of nodes, displacements, areas, whether they are held; the same on all ranks."""
     body = simulation.model.shells[name]
     space = body.mixed.subspaces["u"]
     u = q[body.mixed.dofs["u"]].reshape(-1, 3)
     areas = sums_at_nodes(space, Mesh(body).areas[:, None, None])
-    every = np.concatenate([body.mixed.nodes("u"), u, areas], axis=1)
+    given = [*(each.dofs for each in body.fixed), *(link.dofs for link in body.links)]
+    fixed = np.isin(body.mixed.dofs["u"], np.concatenate([*given, np.zeros(0, np.int32)]))
+    held = fixed.reshape(-1, 3).any(axis=1, keepdims=True)
+    every = np.concatenate([body.mixed.nodes("u"), u, areas, held], axis=1)
     owned = every[: space.dofmap.index_map.size_local]
     found = np.concatenate(simulation.model.comm.allgather(owned))
-    return found[:, :3], found[:, 3:6], found[:, 6]
+    return found[:, :3], found[:, 3:6], found[:, 6], found[:, 7]
