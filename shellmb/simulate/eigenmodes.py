@@ -19,7 +19,7 @@ from shellmb.scene.loads.loads import Gravity
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.inertia import Inertia
 from shellmb.system.direct.mumps import new_prefix
-from shellmb.system.direct.symmetry import is_symmetric
+from shellmb.system.direct.symmetry import is_symmetric, sizes_of
 from shellmb.system.eigenvalues import eigenpairs, quotients
 
 # parts of bodies that are resultants or multipliers; each assumed strain `S` makes a pair with its
@@ -117,13 +117,8 @@ class Stability:
         Args:
             vector: `v`, one number for each owned unknown.
         """
-        A = self._matrix_now
-        ends, columns, entries = A.getValuesCSR()
-        sizes = PETSc.Mat().createAIJ(
-            A.getSizes(), csr=(ends, columns, np.abs(entries)), comm=A.comm
-        )
         self._b.array[:] = np.abs(vector)
-        sizes.mult(self._b, self._x)
+        sizes_of(self._matrix_now).mult(self._b, self._x)
         return SUM_ROUND_OFF * float(np.finfo(float).eps * self._b.dot(self._x))
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, TooFewModesError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
+from shellmb.system.direct.symmetry import sizes_of
 
 # Eigenvalues of multipliers are infinite, and come out as large ones, of either sign or in complex
 # pairs, that are no eigenvalues: of their equation, multiplied by the vector, a tenth of the
@@ -135,9 +136,7 @@ def quotients(K: PETSc.Mat, M: PETSc.Mat, vectors: Sequence[PETSc.Vec]) -> tuple
         M: Mass matrix.
         vectors: Eigenvectors of finite eigenvalues.
     """
-    ends, columns, entries = K.getValuesCSR()
-    sizes = PETSc.Mat().createAIJ(K.getSizes(), csr=(ends, columns, np.abs(entries)), comm=K.comm)
-    found, y = [], K.createVecLeft()
+    sizes, found, y = sizes_of(K), [], K.createVecLeft()
     for vector in vectors:
         size = vector.copy()
         size.abs()

@@ -87,6 +87,12 @@ def unsymmetry(A: PETSc.Mat) -> float:
     return float(factors.max()[1])
 
 
+def sizes_of(A: PETSc.Mat) -> PETSc.Mat:
+    """The matrix of the sizes of a matrix's entries."""
+    ends, columns, values = A.getValuesCSR()
+    return PETSc.Mat().createAIJ(A.getSizes(), csr=(ends, columns, np.abs(values)), comm=A.comm)
+
+
 def _of_rows(A: PETSc.Mat) -> Floats:
     """Size of the largest entry of each row of this rank."""
     ends, _, values = A.getValuesCSR()

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.direct.symmetry import sizes_of
 from shellmb.system.newton.convergence import Convergence
 
 # an update that is not smaller than this part of the smallest one so far makes no progress
@@ -86,13 +87,9 @@ class RoundOff:
         """
         system = self._system
         system.jacobian(system.x, system.A)
-        starts, columns, values = system.A.getValuesCSR()
         sizes, terms = system.A.createVecs()
         sizes.array[:] = self._convergence.typical(system.x.array_r)
-        every = PETSc.Mat().createAIJ(
-            system.A.getSizes(), csr=(starts, columns, np.abs(values)), comm=system.comm
-        )
-        every.mult(sizes, terms)
+        sizes_of(system.A).mult(sizes, terms)
         # rows without terms have none left
         noise = np.maximum(EPS * terms.array_r, np.finfo(float).tiny)
         # what follows from other unknowns, a change of velocities say, has the round-off of these,
