@@ -6,6 +6,7 @@ True are differences of statics from finer meshes, in per cent; RIGHT is below t
 
 import json
 from dataclasses import replace
+from time import process_time
 from typing import Any
 
 from mpi4py import MPI
@@ -121,8 +122,9 @@ def test_within_a_factor_of_two(name: str, cell: Any) -> None:
     scene, true = scenes(cell)[name]
     simulation, watch = Simulation(scene), Coarse(None)  # type: ignore[arg-type]
     simulation.run([watch])
+    start = process_time()
     said = sum(100 * (c.value or 0.0) for c in watch.cautions(simulation))
-    print(f"{name}, {cell}: {said:.1f} %, true {true} %")
+    print(f"{name}, {cell}: {said:.1f} %, true {true} %, in {process_time() - start:.1f} s")
     assert true / 2 < said < 2 * true if true > 2 else said == 0.0
 
 
