@@ -220,8 +220,8 @@ class FormLoop:
                 read = program.of_each(tables) if program else tables
                 # programs that keep nothing find it again: of matrices of many cells it is a tenth
                 # of the time to assemble them, and an eighth of the memory of a run
-                keeps = program and (column < 0 or cells.count <= MOST_KEPT)
-                kept = program.kept * lanes if keeps else 0
+                keeps = column < 0 or cells.count <= MOST_KEPT
+                kept = program.kept * lanes if program and keeps else 0
                 dofs = [pointer(side_by_side(table, lanes)) for table in read]
                 sizes = [table.shape[1] for table in read]
                 found.append(
