@@ -27,7 +27,7 @@ def listed(part: MeshReduction, name: str, table: RowMap) -> tuple[np.ndarray, n
     at = np.array(native.cells().ffi.unpack(own["at"], count) if count else [], dtype=int)
     found = np.zeros(table.values.size, dtype=bool)
     found[at] = True
-    there = table.columns[shared] >= 0
+    there = table.places[shared] < table.there
     return found.reshape(table.values.shape)[shared][there], table.values[shared][there]
 
 

@@ -250,7 +250,7 @@ def positions(keys: Ints) -> tuple[Int32s, Ints]:
 def _keys(rows: RowMap, shared: Int32s, inner: Bools | None = None) -> Ints:
     """Keys of what a cell's unknowns depend on here; what it shares with no rank is last."""
     places = rows.places[shared]
-    keys = np.where(rows.columns[shared] >= 0, places, -1)
+    keys = np.where(places < rows.there, places, -1)
     if inner is not None:
         keys = keys + LAST * np.append(inner, False)[places]
     return np.asarray(keys)

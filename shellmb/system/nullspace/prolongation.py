@@ -24,20 +24,21 @@ class RowMap:
 
     Attributes:
         values: Entries, shape of `columns`.
-        places: Place of each among the columns that this rank sees; what is none is behind them.
+        there: How many columns this rank sees.
+        places: Place of each among these; what is none is behind them.
         members: The matrix for C.
     """
 
     def __init__(self, comm: MPI.Comm, columns: Ints, owned: int, own: Ints) -> None:
-        self.columns = columns
         self.values = np.zeros(columns.shape)
         seen = np.unique(columns[columns >= 0])
         self.numbers = Numbers(comm, owned, seen)
-        self.places = np.where(columns >= 0, np.searchsorted(seen, columns), len(seen))
+        places = np.where(columns >= 0, np.searchsorted(seen, columns), len(seen))
+        self.places, self.there = places.astype(np.int32), len(seen)
         self._lib, self._pointer = native.cells().lib, native.CArrays()
         self.members = {
             "rows": len(columns),
-            "columns": len(seen),
+            "columns": self.there,
             "values": self._pointer(self.values),
             "local": self._entries(np.arange(len(columns))),
             "own": self._entries(own),
@@ -46,8 +47,8 @@ class RowMap:
 
     def _entries(self, rows: Ints) -> dict[str, Any]:
         """Entries that there are in some of the rows, by their number among them."""
-        row, k = np.nonzero(self.columns[rows] >= 0)
-        at = rows[row] * self.columns.shape[1] + k
+        row, k = np.nonzero(self.places[rows] < self.there)
+        at = rows[row] * self.places.shape[1] + k
         lists = {"row": row, "column": self.places[rows[row], k], "at": at}
         pointers = {name: self._pointer(a.astype(np.int32)) for name, a in lists.items()}
         return {"count": len(row), **pointers}
