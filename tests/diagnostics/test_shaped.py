@@ -128,6 +128,16 @@ def test_within_a_factor_of_two(name: str, cell: Any) -> None:
     assert true / 2 < said < 2 * true if true > 2 else said == 0.0
 
 
+def test_what_moves_rigidly_has_no_error() -> None:
+    """Its energy is round-off, on better elements as well."""
+    (shell,) = tube(Mesh("tri", (4, 4)), 2e-2, sm.Pressure(4e-7)).shells
+    down = sm.Fixed(("left", "right"), (0.0, 0.0, lambda t: 1e-3 * t), (0.0, 0.0, 0.0))
+    scene = Scene("tube", shell, supports=down, scheme="static")
+    simulation, watch = Simulation(scene), Coarse(None)  # type: ignore[arg-type]
+    simulation.run([watch])
+    assert not list(watch.cautions(simulation))
+
+
 def test_what_rolls_is_no_linear_scene() -> None:
     """Jumps of resultants tell there, and the run ends as any other."""
     scene = moving(tube(Mesh("quad", (4, 4)), 2e-2, sm.Pressure(4e-7)), steps=4)

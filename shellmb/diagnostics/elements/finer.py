@@ -44,6 +44,8 @@ BETTER: tuple[tuple[float, str, dict[str, Any]], ...] = (
 )
 # distance of nodes of both meshes that are at one place, over the size of the body
 NEAR = 1e-6
+# energy of what moves rigidly, over the stiffness and the square of its displacement
+ROUND_OFF = 1e-18
 # part that bodies are off by from which on a run warns
 BOUND = 0.02
 # displacements of linear runs and angles, rad, that are small, and many of the longest periods
@@ -351,8 +353,10 @@ def _apart(run: Simulation, finer: Simulation, smooth: bool) -> dict[str, float]
             right = _at(x, u, X, U)
             most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
             apart, farthest = np.linalg.norm(u - right, axis=1), np.linalg.norm(right, axis=1)
+            if max(energies) < ROUND_OFF * body.section.sizes.stiffness * most**2:
+                off[name] = 0.0
             # single nodes of flat bodies matter less
-            if Mesh(body).curved:
+            elif Mesh(body).curved:
                 off[name] = max(off[name], float(np.max(apart) / most))
             else:
                 off[name] = min(off[name], float(apart[np.argmax(farthest)] / most))
