@@ -37,47 +37,35 @@ static void multiply(int m, int n, int k, double alpha, double *A, int lda, doub
     gemm(&no, &no, &n, &m, &k, &alpha, B, &ldb, A, &lda, &beta, C, &ldc);
 }
 
-/* Invert a matrix; returns whether it is singular. */
-static int invert(int n, double *A, double *work)
-{
-    int info, length = 32 * n, pivots[256];
-    getrf(&n, &n, A, &n, pivots, &info);
-    if (!info)
-        getri(&n, A, &n, pivots, work, &length, &info);
-    return info != 0;
-}
-
-/* A number, not zero, that others than these do not have, but for one in 2^63. */
-static int64_t mark_of(int count, const double *of)
-{
-    uint64_t mark = 0, bits;
-    for (; count > 0; --count, ++of, mark ^= mark >> 32) {
-        memcpy(&bits, of, sizeof(bits));
-        mark = (mark ^ bits) * 0x9e3779b97f4a7c15;
-    }
-    return mark | 1;
-}
-
 /* Eliminate the element-wise unknowns of one cell, whose rows are `n` apart, and keep what solutions
- * need of them. `before` has what was kept, LANES cells side by side, of blocks K_EE with `marks`;
- * NULL: nothing. */
-static int eliminate(const Cells *g, double *K, int n, int64_t *marks, const double *before, double *kept,
-                     double *work)
+ * need of them; `blocks` has its K_EE^-1 and K_EE. */
+static int eliminate(const Cells *g, double *K, int n, double *blocks, double *kept, double *work)
 {
+    int info = 0;
+    int pivots[256];
     for (int s = 0; s < g->chunks; ++s) {
         int E = g->chunk_start[s], e = g->chunk_width[s];
-        double *inverse = kept + g->inverse_place[s];
-        for (int i = 0; i < e; ++i)
-            memcpy(inverse + i * e, K + (size_t)(E + i) * n + E, sizeof(double) * e);
-        int64_t mark = before ? mark_of(e * e, inverse) : 0;
-        if (before && marks[s] == mark) {
-            /* that of a linear section is the same at all states, and its inverse is there */
-            for (int i = 0; i < e * e; ++i)
-                inverse[i] = before[(size_t)(g->inverse_place[s] + i) * LANES];
-        } else if (invert(e, inverse, work)) {
-            return 1;
+        double *inverse = blocks + g->block_place[s], *block = inverse + e * e;
+        /* that of a linear section is the same at all states, and its inverse is there */
+        int changed = 0;
+        for (int i = 0; i < e; ++i) {
+            const double *row = K + (size_t)(E + i) * n + E;
+            changed = changed || memcmp(block + i * e, row, sizeof(double) * e);
+            if (changed)
+                memcpy(block + i * e, row, sizeof(double) * e);
         }
-        marks[s] = mark;
+        if (changed) {
+            memcpy(inverse, block, sizeof(double) * e * e);
+            int length = e * 32;
+            getrf(&e, &e, inverse, &e, pivots, &info);
+            if (!info)
+                getri(&e, inverse, &e, pivots, work, &length, &info);
+            if (info) {
+                block[0] = 0.0 / 0.0;
+                return 1;
+            }
+        }
+        memcpy(kept + g->inverse_place[s], inverse, sizeof(double) * e * e);
         const Runs *right = &g->right, *left = &g->left;
         int first = right->first[s], last = right->first[s + 1];
         for (int y = first; y < last; ++y)
@@ -122,14 +110,19 @@ static void widen(int rows, int columns, int width, const double *A, double *to)
  * solutions need of them is `kept`, as wide as that of its group. */
 static int eliminate_inner(const Projection *p, int cell, double *K, double *kept, double *work)
 {
-    int q = p->inner_size[cell];
+    int q = p->inner_size[cell], info = 0, pivots[256];
     if (q == 0)
         return 0;
     int rows = p->outer_rows[cell], columns = p->outer_columns[cell], n = p->right.rows;
     double *inverse = work + 32 * q, *right = inverse + q * q, *left = right + q * columns;
     for (int i = 0; i < q; ++i)
         memcpy(inverse + i * q, K + (size_t)(rows + i) * n + columns, sizeof(double) * q);
-    if (invert(q, inverse, work))
+    int length = q * 32;
+    getrf(&q, &q, inverse, &q, pivots, &info);
+    if (info)
+        return 1;
+    getri(&q, inverse, &q, pivots, work, &length, &info);
+    if (info)
         return 1;
     multiply(q, columns, q, 1.0, inverse, q, K + (size_t)rows * n, n, 0.0, right, columns);
     for (int i = 0; i < rows; ++i)
@@ -246,15 +239,15 @@ static int larger(int a, int b)
 /* Jacobian of all cells, reduced.
  *
  * values: of the reduced matrix, put and added together by `p->runs`.
- * marks: of all cells, for `eliminate`; first, last: which cells, the first one of a group.
+ * blocks: of all cells, for `eliminate`; first, last: which cells, the first one of a group.
  * shift: given change of the local unknowns, or NULL; `load` gets K shift.
  * Returns 1 + the number of a cell whose element-wise block is singular, or 0.
  */
 int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection *p, int first,
-             int last, int64_t *marks, double *values, const double *shift, double *load)
+             int last, double *blocks, double *values, const double *shift, double *load)
 {
     /* rows are whole vectors */
-    int size = g->size, n = (size + LANES - 1) / LANES * LANES, P = g->shared, cell = first;
+    int size = g->size, n = (size + LANES - 1) / LANES * LANES, P = g->shared, bad = 0;
     size_t square = (size_t)size * n;
     int rows = p->left.rows, columns = p->right.rows;
     size_t product = (size_t)P * rows, result = (size_t)rows * columns;
@@ -267,7 +260,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                                        LANES * (kept_size + inner_size));
     double *all = work.more, *LK = all + square * g->lanes, *LKR = LK + product;
     double *scratch = LKR + result, *kept = scratch + some, *kept_inner = kept + LANES * kept_size;
-    for (; cell < last; ++cell) {
+    for (int cell = first; cell < last; ++cell) {
         int lane = cell % g->lanes, start = cell - lane;
         if (lane == 0 || cell == first)
             matrices(g, kernels, count, start, taken(g, start), work, all, n);
@@ -283,9 +276,10 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             inner_size = inner_kept(w.rows, w.columns, w.own);
             memset(kept_inner, 0, sizeof(double) * LANES * inner_size);
         }
-        const double *before = p->kept ? p->kept + cell / LANES * kept_size * LANES + cell % LANES : NULL;
-        if (eliminate(g, K, n, marks + (size_t)cell * g->chunks, before, mine, scratch))
-            goto failed;
+        if (eliminate(g, K, n, blocks + (size_t)cell * g->block_size, mine, scratch)) {
+            bad = cell + 1;
+            break;
+        }
         const int *dofs = g->dofs + (size_t)cell * size;
         if (shift) {
             for (int j = 0; j < P; ++j)
@@ -300,8 +294,11 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         /* rows first: they are combined whole, and few are left for the columns */
         combine_rows(&p->left, cell, P, K, n, LK, scratch);
         combine_columns(&p->right, cell, rows, LK, P, LKR, scratch);
-        if (inner && eliminate_inner(p, cell, LKR, kept_inner + cell % LANES * inner_size, scratch))
-            goto failed;
+        double *inner_of_mine = kept_inner + cell % LANES * inner_size;
+        if (inner && eliminate_inner(p, cell, LKR, inner_of_mine, scratch)) {
+            bad = cell + 1;
+            break;
+        }
         const int *run = p->runs + 3 * (size_t)p->run_offsets[2 * cell];
         const int *added = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 1];
         const int *end = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 2];
@@ -320,11 +317,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                 put_together(inner_size, kept_inner, inner->kept + inner->place[cell / LANES] * LANES);
         }
     }
-    return 0;
-failed:
-    /* not all that was marked is kept */
-    memset(marks, 0, sizeof(int64_t) * g->chunks * g->cells);
-    return cell + 1;
+    return bad;
 }
 
 /* So many numbers of LANES cells, in whole lines of the memory. */

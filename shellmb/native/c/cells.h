@@ -40,6 +40,8 @@ typedef struct {
                                       * of the memory on */
     int chunks;
     const int *chunk_start, *chunk_width;
+    const int *block_place;    /* where the K_EE^-1 and K_EE of a cell are, (chunks,) */
+    int block_size;            /* what all of them take */
     const int *inverse_place;  /* where its K_EE^-1 is in what is kept, (chunks,) */
     Runs right, left;          /* K_EE^-1 K_Ey, and K_xE */
     int multiplier_place;      /* rows of the multipliers at the nodes */
@@ -88,8 +90,7 @@ typedef struct {
     const Kernel *kernels;
     int count;
     const Projection *projection;
-    int64_t *marks;
-    double *values;
+    double *blocks, *values;
 } Jacobian;
 
 /* Directors of nodes over a step that is quadratic in time: `reference` + value at both ends. Weights

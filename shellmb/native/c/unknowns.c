@@ -15,7 +15,7 @@ int jacobians(int meshes, const Jacobian *of, const double *shift, double *load)
     for (const Jacobian *j = of; j < of + meshes; ++j) {
         copy_pieces(j->pieces, j->from, j->sizes, j->to);
         int bad = jacobian(j->cells, j->kernels, j->count, j->projection, 0, j->cells->cells,
-                           j->marks, j->values, shift, load);
+                           j->blocks, j->values, shift, load);
         if (bad)
             return bad;
     }

@@ -118,7 +118,7 @@ def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, 
     """
     full, n = chunks.pattern.copy(), len(chunks.order)
     starts = n - sum(chunks.widths) + np.cumsum([0, *chunks.widths])
-    inverses, size = [], 0
+    inverses, blocks, size, block_size = [], [], 0, 0
     runs: dict[str, list[tuple[int, int, int]]] = {"right": [], "left": []}
     ends: dict[str, list[int]] = {"right": [0], "left": [0]}
     for first, width in zip(starts, chunks.widths, strict=False):
@@ -127,6 +127,8 @@ def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, 
         behind[: starts[0]] = True
         inverses.append(size)
         size += width**2
+        blocks.append(block_size)
+        block_size += 2 * width**2
         seen = {
             "right": full[here].any(axis=0) & behind,
             "left": full[:, here].any(axis=1) & behind,
@@ -137,11 +139,12 @@ def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, 
                 size += width * count
             ends[side].append(len(runs[side]))
         full[np.ix_(seen["left"], seen["right"])] = True
-    members: dict[str, Any] = {"chunks": len(chunks.widths)}
+    members: dict[str, Any] = {"chunks": len(chunks.widths), "block_size": block_size}
     tables: dict[str, Iterable[int]] = {
         "chunk_start": starts.tolist(),
         "chunk_width": chunks.widths,
         "inverse_place": inverses,
+        "block_place": blocks,
     }
     members |= _pointers(pointer, tables)
     for side in runs:

@@ -99,7 +99,7 @@ class MeshReduction:
         ends = np.repeat(np.arange(count + 1, dtype=np.int32), 2)[1:].copy()
         every = {"runs": p(runs.reshape(-1, 3)), "run_offsets": p(ends)}
         projection = p.many("Projection", [self._projection | every])
-        loop, doubles, marks = self.loop, native.doubles, native.longs(self._marks)
+        loop, doubles, blocks = self.loop, native.doubles, native.doubles(self._blocks)
         # short integers, and one list for cells that have the same entries: of 64x64 elements there
         # are 26 million entries in ED
         none = np.zeros(0, dtype=np.int32)
@@ -109,7 +109,7 @@ class MeshReduction:
         for first in range(0, self.cells.count, CHUNK):
             last = min(first + CHUNK, self.cells.count)
             values = np.empty((last - first) * size)
-            where = projection, first, last, marks, doubles(values), doubles(None), doubles(None)
+            where = projection, first, last, blocks, doubles(values), doubles(None), doubles(None)
             check(self.lib.jacobian(self.struct, loop.kernels, loop.count, *where))
             found = (values != 0.0).reshape(last - first, size)
             cell, entry = np.nonzero(found)
@@ -141,7 +141,7 @@ class MeshReduction:
             "kept_size": size + self._multipliers * cells.shared,
         }
         self.struct = cells.struct(self.loop, **members)
-        self._marks = np.zeros(max(1, members["chunks"] * cells.count), dtype=np.int64)
+        self._blocks = np.full(max(1, members["block_size"] * cells.count), np.nan)
         width = groups_of(cells.count) * LANES
         self._kept = place_for(members["kept_size"] * width, self.pointer)
         self._eliminated_size = (cells.size - cells.shared) * width
@@ -155,7 +155,7 @@ class MeshReduction:
             "kernels": loop.kernels,
             "count": loop.count,
             "projection": self.projection,
-            "marks": self.pointer(self._marks),
+            "blocks": self.pointer(self._blocks),
             "values": self.pointer(values),
         }
 
