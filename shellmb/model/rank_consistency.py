@@ -7,7 +7,7 @@ of the machine. So its values are compared, too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -49,6 +49,23 @@ def alike(comm: MPI.Comm) -> Iterator[None]:
     wrong = first_found(comm, wrong)
     if wrong is not None:
         raise SceneError(wrong)
+
+
+def of_first[T](comm: MPI.Comm, read: Callable[[], T]) -> T:
+    """What a function returns on the first rank, on all ranks; collective.
+
+    Args:
+        comm: The ranks.
+        read: The function, which reads files.
+
+    Raises:
+        SceneError: On all ranks, if it does on the first one.
+    """
+    found: Any = None
+    with alike(comm):
+        if comm.rank == 0:
+            found = read()
+    return comm.bcast(found)
 
 
 def same_on_all(scene: Scene, comm: MPI.Comm) -> None:

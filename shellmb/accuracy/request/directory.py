@@ -21,6 +21,7 @@ from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_n
 from shellmb.errors import SceneError, Stopped
 from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json
+from shellmb.model.rank_consistency import of_first
 from shellmb.observers.summary import write_json
 from shellmb.options.run import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
@@ -61,9 +62,7 @@ def run_to_accuracy(
     comm = how.comm
     wanted = _understood(scene, wanted, how)
     with claimed(out, comm, new=False):
-        stored, begun = comm.bcast(
-            (_stored(out), _has_levels(out)) if comm.rank == 0 else (None, False)
-        )
+        stored, begun = of_first(comm, lambda: (_stored(out), _has_levels(out)))
         other = "" if stored is None else _difference(stored, scene, wanted)
         if stored is None:
             refuse_used(out, comm)

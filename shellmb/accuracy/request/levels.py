@@ -18,6 +18,7 @@ from shellmb.accuracy.family import Family
 from shellmb.accuracy.run_record import RunRecord
 from shellmb.files.reading import read_json
 from shellmb.files.writing import write_text
+from shellmb.model.rank_consistency import of_first
 from shellmb.running.standard import SUMMARY
 
 # folder of a request in its directory, and file of what is kept of levels and companions
@@ -112,8 +113,7 @@ class Store:
         Args:
             number: Its number, from 1.
         """
-        read = read_json(self.place(number) / SUMMARY) if self._comm.rank == 0 else {}
-        return self._comm.bcast(read)
+        return of_first(self._comm, lambda: read_json(self.place(number) / SUMMARY))
 
     def keep(self, family: Family, levels: Sequence[Level]) -> None:
         """Write what is kept of runs, and the levels.

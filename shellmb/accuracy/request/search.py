@@ -24,6 +24,7 @@ from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_n
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
 from shellmb.meshes.lifetime import free
+from shellmb.model.rank_consistency import of_first
 from shellmb.running.execute import RunResult
 from shellmb.running.natural_modes.run import find_modes
 from shellmb.running.request import Request
@@ -102,7 +103,7 @@ class Search:
         self.levels: list[Level] = []
         # levels are companions of one another, not of what ran before
         self._family = Family(scene, how.results, how.comm, ":" in (wanted.of or ""))
-        kept, failures, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
+        kept, failures, self._stored = of_first(how.comm, store.read)
         self._family.found.update(kept)
         self._family.failures.update(failures)
         self._begun, self._cpu = time.perf_counter(), time.process_time()

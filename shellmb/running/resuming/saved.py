@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, Validation
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, first_error, read_bytes, read_json
-from shellmb.model.rank_consistency import alike
+from shellmb.model.rank_consistency import alike, of_first
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY
@@ -82,9 +82,7 @@ def has_begun(directory: Path, comm: MPI.Comm) -> bool:
     Raises:
         SceneError: If it has, and its state is missing.
     """
-    with alike(comm):
-        begun = comm.rank == 0 and _begun(directory)
-    return bool(comm.bcast(begun))
+    return of_first(comm, lambda: _begun(directory))
 
 
 def _begun(directory: Path) -> bool:

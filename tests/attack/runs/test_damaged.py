@@ -216,3 +216,36 @@ def test_a_history_that_is_read_elsewhere_is_checked(run: Path) -> None:
     file.write_text(file.read_text().rsplit(",", 2)[0])
     with pytest.raises(SceneError, match=r"is no history of a run: row 2 is not whole"):
         read_history(file)
+
+
+REQUEST = """
+import sys
+sys.path.insert(0, {root!r})
+from pathlib import Path
+from mpi4py import MPI
+import shellmb as sm
+from tests.accuracy.test_request import strip
+
+out = Path({out!r})
+asked = dict(accuracy=0.5, of="tip:end", pictures=False)
+sm.run(strip(), out, **asked)
+MPI.COMM_WORLD.Barrier()
+if MPI.COMM_WORLD.rank == 0:
+    next(out.glob({file!r})).write_text("{{")
+MPI.COMM_WORLD.Barrier()
+try:
+    sm.run(strip(), out, **asked)
+except sm.SceneError as error:
+    print(error)
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("file", ["accuracy.json", "levels/*companions.json"])
+def test_all_ranks_end_where_the_first_one_reads(file: str, tmp_path: Path, mpirun) -> None:
+    """What a request for an accuracy has kept is read by one rank, for which others wait."""
+    out = tmp_path / "run"
+    source = REQUEST.format(root=str(Path(__file__).parents[3]), out=str(out), file=file)
+    said = mpirun(2, "-c", source)
+    (damaged,) = out.glob(file)
+    assert f"{damaged} is damaged" in said
