@@ -147,7 +147,7 @@ class SceneMotion:
         self.inputs = Inputs(known)
         self._of = [own.name, own.scheme_name]
         self._last = dict(self.inputs)
-        self.t_end = float(own.t_end or 0.0)
+        self.t_end = own.t_end
         self._places = [one for some in known.values() for one in some]
         # equal steps are counted, so that round-off does not add up
         self._count = Count()
@@ -305,7 +305,7 @@ class SceneMotion:
         t, end = simulation.t, self._count.after(simulation.t, dt)
         if self.ended is not None:
             raise SceneError(f"trial: event '{self.ended}' has ended the motion at t = {t:g}")
-        if end > self.t_end + near(self.t_end, simulation.scene.dt or 0.0):
+        if end > self.t_end + near(self.t_end, simulation.scene.dt):
             raise SceneError(
                 f"trial: a step of {dt:g} s from t = {t:g} ends after t_end of the scene, which is "
                 f"{self.t_end:g}; it must be at most {self.t_end - t:g}, or t_end be later"

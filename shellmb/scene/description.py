@@ -113,7 +113,7 @@ class Description:
     @property
     def given_until(self) -> float:
         """Last time of what is prescribed; on a path the load factor takes the place of time."""
-        return (self.t_end or 0.0) if self.path is None else self.path.load_end or 1.0
+        return self.t_end if self.path is None else self.path.load_end or 1.0
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -128,7 +128,7 @@ class Description:
     @property
     def acting_locks(self) -> tuple[Lock, ...]:
         """The locks that an event switches, or of which a window begins before the scene's end."""
-        end = self.t_end or 0.0
+        end = self.t_end
         return tuple(
             k for k in self.locks if k.switch or any(start < end for start, _ in k.active or ())
         )

@@ -151,7 +151,7 @@ class Scene(Description):
             # what is said for a scheme without dissipation is kept, and warned of
             dropped.pop("alpha", None)
         changes |= dropped
-        if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
+        if dt is None and is_static(new) and t_end is not None and t_end < self.dt:
             changes["dt"] = None
         if is_static(new) and self.step_control.step_error is not None:
             changes["step_control"] = replace(self.step_control, step_error=None)

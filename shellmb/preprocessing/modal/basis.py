@@ -128,7 +128,7 @@ class ReducedBody:
             self.joints.append(joint)
         self._isolated, self._supported = isolated, held
         self._slowing = float(bodies[0].section.mass_damping)
-        terms = TermsAtRest(held, float(scene.t_end), scene.static)
+        terms = TermsAtRest(held, scene.t_end, scene.static)
         self._length = max(body.domain.length for body in isolated.model.meshed.values())
         whole = inertia_of(isolated.model.meshed.values())
         self.mass, self.center, self.inertia = whole.mass, whole.center, whole.tensor

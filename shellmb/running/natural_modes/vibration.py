@@ -143,7 +143,7 @@ def in_motion(scene: Scene) -> Scene:
     Args:
         scene: The scene.
     """
-    return scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    return scene.with_options(scheme=SIMPLEST)
 
 
 def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | None) -> Modes:

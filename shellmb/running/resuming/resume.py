@@ -255,7 +255,7 @@ def _check_whole(saved: Saved, run: Path | None) -> None:
 
 def _check_passed(state: StateOfRun, at: float, run: Path | None) -> None:
     """Check that a run passes a time."""
-    scene, end = state.scene, float(state.scene.t_end or 0.0)
+    scene, end = state.scene, state.scene.t_end
     if scene.static:
         raise SceneError(
             f"at is {at:g}, and the scene is static; its loads are whole at the end only, "

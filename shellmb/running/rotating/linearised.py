@@ -243,9 +243,7 @@ class SteadyRotation(Linearised):
             for body in model.bodies
         }
         _check_closed(model, levels)
-        super().__init__(
-            model, axis, frames, levels, float(still.t_end or 1.0) if loaded else 0.0, loaded
-        )
+        super().__init__(model, axis, frames, levels, still.t_end if loaded else 0.0, loaded)
 
     def go(self, rate: float) -> None:
         """Find the relative equilibrium at a rate, from that at the last one.

@@ -217,7 +217,7 @@ class MovingState(Linearised):
         moving = in_motion(scene)
         model, _ = checked_model(moving, comm)
         model.mechanism.switches.restore(counters["switches"])
-        found = _motion(model, arrays, t, float(moving.dt or 1.0))
+        found = _motion(model, arrays, t, moving.dt)
         q, velocity, acceleration = found
         products = Products(model, q)
         whole = WholeMotion(products, model.length)
