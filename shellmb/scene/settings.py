@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.scene.types import NONE, Finite, Listed, Positive, PositiveInt, Untrue
-from shellmb.scene.values.validate import described, refused, show
+from shellmb.scene.values.validate import described, listed, refused, show
 
 Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]
@@ -122,8 +122,7 @@ def _fields(value: Any) -> Any:
         raise ValueError("it must be names of fields")
     unknown = [name for name in names if name not in (*FIELDS, "all")]
     if unknown:
-        known = ", ".join(f"'{name}'" for name in FIELDS)
-        raise ValueError(f"'{unknown[0]}' is no field; there are {known}, and 'all'")
+        raise ValueError(f"'{unknown[0]}' is no field; there are {listed(FIELDS)}, and 'all'")
     # without it nothing moves
     return tuple(dict.fromkeys(("displacement", *names)))
 

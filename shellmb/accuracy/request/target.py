@@ -10,6 +10,7 @@ from shellmb.accuracy.studies.quantity import NORMS, Quantity, default_quantity,
 from shellmb.errors import SceneError
 from shellmb.options.run import AccuracyOptions
 from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ class Target:
         """
         names = [b.name for b in scene.meshed]
         if self.body is not None and self.body not in names:
-            listed = ", ".join(f"'{n}'" for n in names) or "none"
             raise SceneError(
-                f"body is '{self.body}'; it must be one of the scene's shells and beams, {listed}"
+                f"body is '{self.body}'; it must be one of the scene's shells and beams, "
+                f"{listed(names) or 'none'}"
             )
         if self.modes:
             return Quantity(self.of or "f1")
@@ -84,9 +85,9 @@ class Target:
 
     def _unknown(self, scene: Scene, results: tuple[str, ...]) -> str:
         names = [*(p.name for p in scene.probes), *results]
-        listed = ", ".join(f"'{n}'" for n in names) or "none"
+        known = listed(names) or "none"
         return (
-            f"of is '{self.of}'; it must be one of the scene's probes and results, {listed}, or "
+            f"of is '{self.of}'; it must be one of the scene's probes and results, {known}, or "
             f"COLUMN:NORM of its history, as 'tip:max' (norms: {', '.join(NORMS)})"
         )
 

@@ -37,7 +37,7 @@ from shellmb.running.rotating.rigid import (
 )
 from shellmb.scene import Driven, JointDamper, Motor, Scene
 from shellmb.scene.loads.contacts import Faces
-from shellmb.scene.lookup import said
+from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.validate import show
@@ -273,7 +273,7 @@ def check_state(scene: Scene, scheme: str) -> None:
                 "of the linearised equations; compute the modes without a state, or remove it"
             )
     if scene.controllers:
-        names = ", ".join(f"'{c.name}'" for c in scene.controllers)
+        names = listed(c.name for c in scene.controllers)
         raise SceneError(
             f"modes: the scene has controllers ({names}), which act by samples in time and are no "
             "part of the linearised equations; its states have modes without them only"

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Positive, Vec3, explained
-from shellmb.scene.values.validate import described, error_of, refused, show
+from shellmb.scene.values.validate import described, error_of, listed, refused, show
 
 type Matrix = NDArray[np.float64]
 
@@ -199,10 +199,8 @@ class RigidBody:
             return np.asarray(point, dtype=float)
         local = {"origin": (0.0, 0.0, 0.0), "center": self.com, **self.points}
         if (point or "origin") not in local:
-            known = ", ".join(f"'{n}'" for n in local)
-            raise error_of(
-                self, f"there is no point '{point}'; its points are {known}, or give coordinates"
-            )
+            known = f"its points are {listed(local)}, or give coordinates"
+            raise error_of(self, f"there is no point '{point}'; {known}")
         return np.asarray(self.position) + self.axes @ np.asarray(local[point or "origin"])
 
 
