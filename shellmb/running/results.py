@@ -10,10 +10,8 @@ from mpi4py import MPI
 
 from shellmb.barrier import first_found
 from shellmb.errors import RunError, ShellmbError
-from shellmb.observers.summary import write_json
 from shellmb.running.directory import written
 from shellmb.running.error_origin import in_words
-from shellmb.running.standard import SUMMARY
 
 type Results = Callable[..., dict[str, float]]
 
@@ -81,6 +79,10 @@ def write_summary(summary: dict[str, Any], out: Path | None, comm: MPI.Comm) -> 
         out: Directory of the run; None: nothing is written.
         comm: Communicator of the run.
     """
+    # what reads a run back has no use for what observes one
+    from shellmb.observers.summary import write_json
+    from shellmb.running.standard import SUMMARY
+
     if out is not None and comm.rank == 0:
         with written(out, comm):
             write_json(out / SUMMARY, summary)

@@ -41,3 +41,6 @@ def test_a_run_loads_what_it_needs(tmp_path: Path) -> None:
     assert len(list((tmp_path / "one" / "fields").glob("strip_*.vtu"))) >= 2
     summary = json.loads((tmp_path / "one" / "summary.json").read_text())
     assert summary["results"]["closure_error_over_L"] < 1e-3
+    # numbers are read back without what computes them
+    code = "import sys, shellmb; shellmb.load('one').results; assert 'dolfinx' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=240)
