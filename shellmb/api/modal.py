@@ -103,7 +103,7 @@ def write_modes(
     directory: Path,
     comm: MPI.Comm,
     pictures: bool,
-    **told: Any,
+    **more: Any,
 ) -> ModeShapes | RotatingModes | StateModes:
     """Find modes of the kind that options say, and write them.
 
@@ -115,13 +115,13 @@ def write_modes(
         directory: Directory to write.
         comm: Communicator.
         pictures: Whether they are drawn.
-        **told: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
+        **more: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
     """
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
 
         of = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
-        found: Any = wanted.run(directory, comm, pictures, of, **told)
+        found: Any = wanted.run(directory, comm, pictures, of, **more)
         return found
     scene, measure = wanted.scene, wanted.module.mode_results
     how: dict[str, Any] = {"comm": comm, "pictures": pictures}
