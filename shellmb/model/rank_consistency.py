@@ -52,7 +52,7 @@ def alike(comm: MPI.Comm) -> Iterator[None]:
 
 
 def of_first[T](comm: MPI.Comm, read: Callable[[], T]) -> T:
-    """What a function returns on the first rank, on all ranks; collective.
+    """Give all ranks what a function returns on the first one; collective.
 
     Args:
         comm: The ranks.
