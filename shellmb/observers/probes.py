@@ -142,7 +142,6 @@ class WholeTurns(Restartable):
         return np.asarray(vector + TURN * round(float(axis @ counted - size) / TURN) * axis)
 
 
-# sum of what a probe reads over its nodes on this rank, and their number behind it, shape (n + 1,)
 @dataclass(frozen=True)
 class Spot:
     """A point of a body: values at its nodes on this rank times weights add up to those there.
@@ -347,8 +346,9 @@ def spot_of(model: Model, name: str, at: Any, who: str, framed: bool = False) ->
     Raises:
         SceneError: If there is no node at the point.
     """
-    described, modal = model.scene.body(name), name in modal_members(model) and not framed
-    if isinstance(described, RigidBody) and not modal:
+    # of shells that are reduced together the scene of the model has the first
+    modal = name in modal_members(model) and not framed
+    if not modal and isinstance(described := model.scene.body(name), RigidBody):
         rigid = model.rigid
         assert rigid is not None
         number = rigid.index[described.name]

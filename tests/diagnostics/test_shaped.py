@@ -153,6 +153,16 @@ def test_what_rolls_is_no_linear_scene() -> None:
     assert all("jumps of resultants" in caution.says for caution in watch.cautions(simulation))
 
 
+def test_a_path_that_a_support_drives_far_ends_as_any_other() -> None:
+    """With the support held there is no path to follow, and nothing to compare in that way."""
+    shells = strip("quad", (4, 1), plain(2e-3)).shells
+    ends = sm.Clamped("left"), sm.Driven("right", axis=(1, 0, 0), rotation=lambda f: 1.2 * f)
+    path = {"scheme": "static", "path": sm.PathFollowing(), "dt": 0.25}
+    simulation = Simulation(Scene("twisted", shells, supports=ends, **path))
+    simulation.run([])
+    compared(simulation, {"strip": state(simulation, "strip")})
+
+
 class Stop(BaseObserver):
     """Stops behind a step."""
 

@@ -147,6 +147,24 @@ def test_shells_and_beams_that_share_edges_are_one_body() -> None:
     assert np.allclose(modal[6:], exact[6:], rtol=1e-6, atol=0)
 
 
+def test_probes_of_shells_that_are_reduced_together() -> None:
+    """The scene of the model has the first of them alone: the second falls as fast."""
+    other = plate("other", surface=Rectangle(1.0, 0.4, (1.0, 0.0, 0.0)))
+    corners = {"plate": (0.0, 0.4, 0.0), "other": (2.0, 0.4, 0.0)}
+    scene = Scene(
+        "falling",
+        (plate(), other),
+        joins=Join("plate", "other", "right", "left"),
+        loads=Gravity(),
+        probes=[Probe(name, at, "position", 2, body=name) for name, at in corners.items()],
+        scheme="ep",
+        dt=0.01,
+        t_end=0.02,
+    )
+    fallen = kept(scene).history[[*corners]].iloc[-1]
+    assert fallen.to_numpy() == pytest.approx(-9.81 * 0.02**2 / 2, rel=1e-8)
+
+
 @SLOW
 def test_torsion_of_a_straight_beam_moves_no_point_of_it() -> None:
     """And is a mode nevertheless: a cantilever with a place for a load at its tip."""

@@ -158,8 +158,8 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     if scene.static:
         found = _beside(simulation, lambda: scene.with_options(**still), False)
     if found is None and scene.supports and (scene.static or len(flat) < len(shells)):
-        held = replace(scene, supports=tuple(map(_held, scene.supports)), assemble=False)
-        found = _beside(simulation, lambda: held.with_options(**still), False)
+        held = partial(replace, scene, supports=tuple(map(_held, scene.supports)), assemble=False)
+        found = _beside(simulation, lambda: held().with_options(**still), False)
     shape = partial(_shaped, simulation, states)
     if found is None:
         return _beside(simulation, shape, True)

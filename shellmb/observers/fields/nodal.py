@@ -205,11 +205,10 @@ class NodeGroup:
 
     Attributes:
         name: Name of the body.
-        count: Their number.
     """
 
     def __init__(self, name: str, X: Floats, D: Floats) -> None:
-        self.name, self._X, self._D, self.count = name, X, D, len(X)
+        self.name, self._X, self._D = name, X, D
 
     def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
         """Values at the nodes, between two steps of a simulation; collective.

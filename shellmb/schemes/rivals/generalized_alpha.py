@@ -61,7 +61,7 @@ class GeneralizedAlpha(Defaults):
         v_f = v_i + h [(1 - gamma) a_i + gamma a_f]
 
     Velocities do not obey the constraints exactly. `vdot` at the start solves the equations of
-    motion there (`simulate.endforces`), and `a` begins with it.
+    motion there (`simulate.start.endforces`), and `a` begins with it.
 
     Args:
         alpha: Dissipation, 0 to 1, as in all schemes here: the spectral radius at infinite
