@@ -110,3 +110,19 @@ def test_nothing_is_said(scene: Scene, cell: Any) -> None:
     off, said = told(on(Mesh(cell, (8, 8)), scene))
     assert off < 0.02
     assert said == 0.0
+
+
+def test_what_supports_deform_is_off_by_its_forces() -> None:
+    """Of prescribed displacements: forces of 24x24 regular elements of degree 3 are 17.4 % less."""
+    hypar = sm.Parametric(lambda x, y: np.stack([x - 0.5, y - 0.5, (x - y) * (x + y - 1)]))
+    steel = sm.Isotropic(E=2e11, nu=0.3, thickness=1e-3, density=8e3)
+    moved = sm.Fixed("right", displacement=(None, None, -1e-3))
+    scene = sm.Scene(
+        "hypar",
+        sm.Shell("hypar", hypar, steel, (8, 8), distortion=0.25),
+        supports=(sm.Clamped("left"), moved),
+        scheme="static",
+    )
+    (warning,) = sm.run(scene, pictures=False).summary["warnings"]
+    assert warning["value"] == pytest.approx(0.174, rel=0.1)
+    assert "17 % of the forces of its supports" in warning["says"]

@@ -50,6 +50,7 @@ class Coarse(Sampled):
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that does not; collective."""
         self._look(simulation)
+        scene, shells = simulation.scene, simulation.model.shells
         half, doubted = 0.0 if simulation.scheme.linear else 0.5, {}
         for name, q in self._states.items():
             signs = Signs(simulation.model, name)
@@ -62,11 +63,15 @@ class Coarse(Sampled):
             else:
                 q = self._states[name]
                 share = signs.rough.energy(q) / self._most[name]
-                off, how = excess(simulation.model.shells[name], q, share), "by jumps of resultants"
+                off, how = excess(shells[name], q, share), "by jumps of resultants"
             if off > BOUND:
+                # what supports alone deform has its displacements from them
+                loaded = scene.loads or scene.volumes or shells[name].shell.natural
+                moves = loaded or not scene.static
+                of_what = "its largest displacement" if moves else "the forces of its supports"
                 says = (
-                    f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of its largest "
-                    f"displacement, {how}: {REMEDY}"
+                    f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of {of_what}, "
+                    f"{how}: {REMEDY}"
                 )
                 yield self.caution(name, off, BOUND, says)
 
