@@ -85,9 +85,7 @@ class Folded(Sampled):
 
     def start(self, simulation: Simulation) -> None:
         """Find the neighbours; where displacements are small there is another watch."""
-        model = simulation.model
-        bodies: dict[str, ShellModel | BeamModel] = {**model.shells, **model.beams}
-        looked = {} if simulation.scheme.linear else bodies
+        looked = {} if simulation.scheme.linear else simulation.model.meshed
         self._bodies = {name: _Neighbours(body) for name, body in looked.items()}
         self.idle = not self._bodies
 
