@@ -126,3 +126,9 @@ def test_what_supports_deform_is_off_by_its_forces() -> None:
     (warning,) = sm.run(scene, pictures=False).summary["warnings"]
     assert warning["value"] == pytest.approx(0.174, rel=0.1)
     assert "17 % of the forces of its supports" in warning["says"]
+
+    # what a potential deforms moves less
+    pulls = sm.Potential("pull", lambda at, p: at.u[2], at="right")
+    scene = replace(scene, supports=sm.Clamped("left"), potentials=pulls)
+    (warning,) = sm.run(scene, pictures=False).summary["warnings"]
+    assert "% of its largest displacement" in warning["says"]

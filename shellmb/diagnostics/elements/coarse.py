@@ -18,6 +18,7 @@ from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.model.model import Model
 from shellmb.observers.fields.nodal import state
 from shellmb.restart import constant
+from shellmb.scene.loads.supports import at_rest
 from shellmb.simulate.simulation import Simulation
 
 # share of jumps in the strain energy below which nothing was off by two per cent
@@ -65,10 +66,10 @@ class Coarse(Sampled):
                 share = signs.rough.energy(q) / self._most[name]
                 off, how = excess(shells[name], q, share), "by jumps of resultants"
             if off > BOUND:
-                # what supports alone deform has its displacements from them
+                # what moved supports alone deform has its displacements from them
                 loaded = scene.loads or scene.volumes or shells[name].shell.natural
-                moves = loaded or not scene.static
-                of_what = "its largest displacement" if moves else "the forces of its supports"
+                alone = scene.static and not loaded and not all(map(at_rest, scene.supports))
+                of_what = "the forces of its supports" if alone else "its largest displacement"
                 says = (
                     f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of {of_what}, "
                     f"{how}: {REMEDY}"
