@@ -149,7 +149,7 @@ class Description:
 
     def body(
         self, name: str | None = None, who: str = "scene", kinds: tuple[type, ...] = ANY
-    ) -> Any:
+    ) -> Body:
         """The body of that name, or the only one.
 
         Args:
@@ -189,7 +189,7 @@ class Description:
         Raises:
             SceneError: If there is none of that name, or no name and several shells.
         """
-        shell: Shell = self.body(name, who, (Shell,))
+        shell: Any = self.body(name, who, (Shell,))
         return shell
 
     def end(self, name: str, who: str) -> Body | None:

@@ -248,7 +248,7 @@ def _coupled(scene: Description) -> list[Coupled]:
 def _glues(scene: Description) -> None:
     glued: set[str] = set()
     for glue in scene.glues:
-        beam: Beam = scene.body(glue.beam, "glue", (Beam,))
+        beam: Any = scene.body(glue.beam, "glue", (Beam,))
         shell = scene.shell(glue.shell, "glue")
         if beam.curve.shell != shell.name:
             raise SceneError(
