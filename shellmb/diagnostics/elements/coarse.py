@@ -9,6 +9,10 @@ between elements, sides of triangles bulge, edges twist. Better elements tell.
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
+import numpy as np
+
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Cautions, Sampled, said_of
 from shellmb.diagnostics.elements.edges import edges_of, spanning
@@ -17,12 +21,15 @@ from shellmb.diagnostics.elements.locking import Roughness, excess
 from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.model.model import Model
 from shellmb.observers.fields.nodal import state
+from shellmb.preprocessing.modal.tangent import bending
 from shellmb.restart import constant
 from shellmb.scene.loads.supports import at_rest
 from shellmb.simulate.simulation import Simulation
 
 # share of jumps in the strain energy below which nothing was off by two per cent
 ROUGH = 0.0018
+# strain of round-off, by displacements of the size of the body
+NOISE = 1e-14
 
 
 class Coarse(Sampled):
@@ -89,7 +96,7 @@ class Signs:
     """
 
     def __init__(self, model: Model, name: str) -> None:
-        body = model.shells[name]
+        self._body = body = model.shells[name]
         self.rough, self._edges, mesh = Roughness(body), edges_of(body, model), Mesh(body)
         uneven = mesh.triangles or mesh.distorted
         # single nodes move much by little energy, and elements of degree 3 twist too far
@@ -103,8 +110,19 @@ class Signs:
             about: State that it is a small change of.
             energy: Its strain energy, J.
         """
-        if energy <= 0 or self._always:
-            return energy > 0
+        if energy <= self._round_off(q):
+            return False
+        if self._always:
+            return True
         if self._edges is not None and self._edges.share(q, about, energy) > BOUND:
             return True
         return self.rough.energy(q) > ROUGH * energy
+
+    def _round_off(self, q: Floats) -> float:
+        """Strain energy below which a state is a rigid motion and round-off, J; collective."""
+        body = self._body
+        found = np.array([np.max(np.abs(q[body.mixed.dofs["u"]]), initial=0.0)])
+        body.mixed.space.mesh.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
+        _, _, length = bending(body)
+        strain = NOISE * (1 + float(found[0]) / length)
+        return float(body.section.sizes.stiffness * (strain * length) ** 2)
