@@ -178,8 +178,8 @@ def execute(
         except BaseException as error:
             failure = error
         before = setup_warnings([*ignored_settings.doubts(scene), *simulation.doubts])
-        wall = clock.perf_counter() - begin
-        result = _result(simulation, standard, directory, wall, failure, before, measure)
+        with _no_exit():
+            result = _result(simulation, standard, directory, begin, failure, before, measure)
         try:
             with written(directory, comm):
                 _write(result, standard, pictures and not isinstance(failure, Stopped))
@@ -216,11 +216,12 @@ def _result(
     simulation: Simulation,
     standard: StandardObservers,
     directory: Path | None,
-    wall: float,
+    begin: float,
     failure: BaseException | None,
     before: tuple[RunWarning, ...],
     measure: Results | None,
 ) -> RunResult:
+    wall = clock.perf_counter() - begin
     failed = None if failure is None else str(failure) or type(failure).__name__
     if isinstance(failure, KeyboardInterrupt):
         failed = INTERRUPTED
@@ -228,8 +229,7 @@ def _result(
     watches = [w for w in standard.watches if rows and not (w.runs and failure)]
     found = (*before, *(each for watch in watches for each in watch.cautions(simulation)))
     summary = summarise(simulation, standard.sources, wall, failed)
-    summary |= points_and_events(simulation)
-    summary |= {"warnings": [c.to_dict() for c in found]}
+    summary |= points_and_events(simulation) | {"warnings": [c.to_dict() for c in found]}
     energy = standard.sources.energy
     return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found, measure)
 

@@ -159,6 +159,12 @@ LATER = {
         "def scene(): return made(loads=Gravity(time=stop))",
         "a function of the scene ends the program (bad.py, line 10: SystemExit); it must return",
     ),
+    "a load that ends the program where only what watches the run asks": (
+        "import sys\n"
+        "def stop(t):\n    return sys.exit() if 4e-5 < t < 7e-5 else 1.0\n"
+        "def scene(): return made(loads=Gravity(time=stop))",
+        "a function of the scene ends the program (bad.py, line 10: SystemExit); it must return",
+    ),
     "results that end the program": (
         "import sys\ndef scene(): return made()\ndef results(run): sys.exit()",
         "everything is computed and saved except the results: bad.py, line 10: SystemExit",

@@ -6,6 +6,7 @@ differences, and the derivatives of `sm.sensitivities`.
 """
 
 import inspect
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -434,6 +435,7 @@ def test_an_objective_is_a_number() -> None:
     [
         (lambda history: history["tip"][99], "the objective fails: test_adjoint.py, line .*IndexE"),
         (lambda history: None, "the objective is None; it must be a finite number"),
+        (lambda history: sys.exit(), "the objective fails: test_adjoint.py, line .*SystemExit"),
     ],
 )
 def test_an_objective_that_fails_is_said(objective, says: str) -> None:

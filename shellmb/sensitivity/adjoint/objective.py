@@ -93,7 +93,7 @@ def check_objective(objective: Objective, scene: Scene) -> None:
         found: Any = objective(Histories({name: np.linspace(0.0, 1.0, 3) for name in names}))
     except SceneError:
         raise
-    except Exception:
+    except (Exception, SystemExit):
         return
     if found is None or isinstance(found, str):
         raise SceneError(f"adjoint: the objective is {_shown(found)}; it must be a finite number")
@@ -126,7 +126,7 @@ def _number(objective: Objective, history: Mapping[str, Floats]) -> float:
         found: Any = objective(copied)
     except ShellmbError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise SceneError(f"adjoint: the objective fails: {in_words(error)}") from error
     plain = not isinstance(found, list | tuple) and np.asarray(found).shape == ()
     if not (plain and np.asarray(found).dtype.kind in "fiu" and np.isfinite(found)):
