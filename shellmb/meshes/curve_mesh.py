@@ -99,13 +99,9 @@ def build_line(
         comm: Communicator of the mesh; the call is collective.
 
     Raises:
-        SceneError: If `up` is tangent somewhere, or a closed curve has fewer than three elements.
+        SceneError: If `up` is tangent somewhere.
     """
     closed = curve.closed
-    if closed and elements < 3:
-        raise SceneError(
-            f"beam '{name}': elements is {elements}; a closed curve must have at least 3"
-        )
     # of lower order, or through other nodes, the geometry would bound the error: the length of an
     # element is right to the order 2 k with these
     order = 1 if curve.straight else degree

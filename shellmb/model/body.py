@@ -11,14 +11,12 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Path, Rows, Step
+from shellmb.forms.steps.path import Rows, Step
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.multipliers import Constraints
 
 TimeFunction = Callable[[float], float]
-# equations of velocities with their impulses, and forces in the rows of sub-intervals; None: none
-JumpForms = tuple[Form, Form] | None
 Dofs = npt.NDArray[np.int32]
 Values = npt.NDArray[np.float64]
 
@@ -201,31 +199,6 @@ class Elastic(Protocol):
         ...
 
 
-class Constraint(Protocol):
-    """Constraint: functions of the state that must vanish, with multipliers."""
-
-    def interval(self, span: Interval, dq: Expr) -> Form:
-        """Forces of a sub-interval, or of a single state, and the constraints at its end."""
-        ...
-
-    def path(self, path: Path, k: int, dq: Expr) -> Form:
-        """Forces in row P0 or P1 of a step quadratic in time, and the constraints, (Q4), (Q6)."""
-        ...
-
-    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
-        """Constraints on velocities at the state `mid`, with their impulses; None without any."""
-        ...
-
-    def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
-        """Constraints on velocities at the end of a step that begins with a jump, eq. (N2)."""
-        ...
-
-    @property
-    def errors(self) -> Callable[[Values], Values]:
-        """Largest violations on this rank, relative, of some local states, shape (k, dofs)."""
-        ...
-
-
 def _same[T](b: T, mid: T) -> T:
     return b
 
@@ -300,7 +273,7 @@ class Body:
         return ()
 
     @property
-    def constraints(self) -> Sequence[Constraint]:
+    def constraints(self) -> Sequence[Constraints]:
         """Constraints of the body."""
         return ()
 

@@ -38,14 +38,9 @@ def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
     Args:
         scheme: Name or scheme.
         alpha: Dissipation, for schemes that have it.
-
-    Raises:
-        SceneError: If there is no scheme of that name.
     """
     if not isinstance(scheme, str):
         return completed(scheme)
-    if scheme not in SCHEMES:
-        raise SceneError(f"scheme is '{scheme}'; it must be one of {', '.join(SCHEMES)}")
     return SCHEMES[scheme](alpha)
 
 

@@ -33,7 +33,6 @@ from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import (
-    Constraint,
     Manifold,
     MassiveBody,
     NodeLink,
@@ -41,7 +40,7 @@ from shellmb.model.body import (
     largest,
     same_everywhere,
 )
-from shellmb.model.joints.constraints import Constraints
+from shellmb.model.multipliers import Constraints
 
 # round-off of the values of constraints of random directors, whose squares are up to a hundred
 ROUND_OFF = 1e-11
@@ -270,7 +269,7 @@ class FrameBody(MassiveBody):
         return self.reference + self.layout.part(q, "u")
 
     @cached_property
-    def constraints(self) -> tuple[Constraint, ...]:
+    def constraints(self) -> tuple[Constraints, ...]:
         """Frames are orthonormal, eq. (19), and tied to what floats with the body."""
         own = Constraints(
             Held(self.orthonormality.value),

@@ -129,14 +129,8 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
                 )
         case scene_joints.ShellRevolute():
             axes = np.array([frame_about(_director(joint, second))] * 2)
-        case scene_joints.Weld() if not (first.framed and second.framed):
+        case scene_joints.Weld() if not second.framed:
             # a shell's node carries no moment about its director: all there is to weld is eq. (35)
-            if first.framed == second.framed:
-                raise SceneError(
-                    f"{joint.said}: both bodies are shells; join shells along an edge, by Join"
-                )
-            if second.framed:
-                first, second = second, first
             kind, axes = "shell revolute", np.array([frame_about(second.directors[0])] * 2)
         case _ if hasattr(joint, "axis"):
             axes = np.array([frame_about(joint.axis)] * 2)

@@ -338,32 +338,18 @@ class Finder:
             who: Who asks, for the error.
 
         Raises:
-            SceneError: If there is no such point, or no single node there.
+            SceneError: If there is no single node there.
         """
+        if body == GROUND:
+            origin = np.zeros(3) if where is None else np.asarray(where, dtype=float)
+            return replace(self._rigid[body], point=origin)
         if body in self._rigid:
-            return self._on_rigid(body, where, who)
+            of: Any = self._scene.body(body)
+            return replace(self._rigid[body], point=of.place(where))
         return self._on_mesh(self._meshed[body], where, who)
 
-    def _on_rigid(self, body: str, where: Where, who: str) -> End:
-        ground = body == GROUND
-        of: Any = None if ground else self._scene.body(body)
-        names = () if ground else of.point_names
-        if isinstance(where, str) and where not in names:
-            known = ", ".join(f"'{name}'" for name in names) or "none"
-            what = "ground" if ground else f"rigid body '{body}'"
-            raise SceneError(
-                f"{who}: {what} has no point '{where}'; its points are {known}, or give coordinates"
-            )
-        if ground:
-            point = np.zeros(3) if where is None else np.asarray(where, dtype=float)
-        else:
-            point = of.place(where)
-        return replace(self._rigid[body], point=point)
-
-    def _on_mesh(self, body: Meshed, where: Where, who: str) -> End:
-        if where is None:
-            raise SceneError(f"{who}: at is missing; body '{body.name}' needs one of its nodes")
-        node = where.at if isinstance(where, Offset) else where
+    def _on_mesh(self, body: Meshed, where: Any, who: str) -> End:
+        node = node_of(where)
         nodes = shared_nodes(body, node, who)
         if len(nodes.x) != 1:
             raise SceneError(

@@ -30,16 +30,15 @@ from shellmb.forms.steps.discrete import gradient
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import (
     Body,
-    Constraint,
     Elastic,
     FixedDofs,
     NodeLink,
     PartScale,
     same_everywhere,
 )
-from shellmb.model.joints.constraints import Constraints
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.massless import LawValues, NodeGroup, Scale
+from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
@@ -302,7 +301,7 @@ class Filling(NodeGroup):
         return LawValues(self.nodes, lambda v: -gradient(lambda x: stored([x]), v), (1,))
 
     @property
-    def constraints(self) -> tuple[Constraint, ...]:
+    def constraints(self) -> tuple[Constraints, ...]:
         """The volume of the filling, of which the surfaces take theirs."""
 
         def content(q: Expr) -> Expr:
@@ -371,7 +370,7 @@ class Enclosing(Body):
         )
 
     @property
-    def constraints(self) -> tuple[Constraint, ...]:
+    def constraints(self) -> tuple[Constraints, ...]:
         """Less the volume of its cones."""
         cones, surf, part = self._cones, self._shell.surface, self._layout.part
         places = (

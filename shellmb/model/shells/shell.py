@@ -29,10 +29,10 @@ from shellmb.forms.steps.path import Step
 from shellmb.forms.surface import Surface
 from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, largest
+from shellmb.model.body import LoadFactors, Manifold, Rates, largest
 from shellmb.model.frames.frame import FRAME, Floating
-from shellmb.model.joints.constraints import Constraints
 from shellmb.model.massless import TimedLoads
+from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import Arm, Rules, mass_arm
@@ -59,7 +59,7 @@ class ShellModel(DiscreteShell):
         return shell_strains(self)
 
     @cached_property
-    def constraints(self) -> tuple[Constraint, ...]:
+    def constraints(self) -> tuple[Constraints, ...]:
         """Directors of unit length, and what floats with the body."""
         own = Constraints(
             Held(self.length.value),

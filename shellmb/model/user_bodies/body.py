@@ -33,14 +33,13 @@ from shellmb.forms.steps.path import is_quadratic
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import (
     Body,
-    Constraint,
     Elastic,
     FixedDofs,
     PartScale,
     Rates,
     TimeFunction,
 )
-from shellmb.model.joints.constraints import Constraints
+from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import PotentialStrains, Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import values_in_cells
@@ -207,7 +206,7 @@ class OwnBody(Body, UserBody):
         return tuple(map(law, self._holds))
 
     @cached_property
-    def constraints(self) -> tuple[Constraint, ...]:
+    def constraints(self) -> tuple[Constraints, ...]:
         """Constraints that act."""
         mesh = self.mixed.space.mesh
         return tuple(

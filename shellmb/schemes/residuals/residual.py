@@ -18,7 +18,6 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.model.body import (
     Body,
-    JumpForms,
     LoadFactors,
     Rates,
     SubInterval,
@@ -26,6 +25,7 @@ from shellmb.model.body import (
     TimeFunction,
     added,
 )
+from shellmb.model.multipliers import JumpForms
 from shellmb.model.sections.branches import Course, MaxwellBranches, branches_of
 from shellmb.model.sections.strains import together
 from shellmb.schemes.base import (
