@@ -20,11 +20,10 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, StepValues
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.deferred import DeferredValues
-from shellmb.system.assembly.functionals import functionals, functionals_of_steps, vector_of
+from shellmb.system.assembly.functionals import functionals, vector_of
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
@@ -89,7 +88,7 @@ class Momentum(DeferredObserver):
             self._drift.setdefault(kind, 0.0)
         self._sizes(np.stack([self._now_vectors, *self._impulses])[:, None])
 
-    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> DeferredValues:
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> StepValues:
         """Both momenta, six numbers."""
         forms: list[Form | None] = []
         for body, axes in zip(bodies, self._axes, strict=True):
@@ -97,7 +96,7 @@ class Momentum(DeferredObserver):
             # of small motions about the reference positions
             q, v = (levels.reference or levels).q, levels.rates["v"]
             forms.append(_both(body, q, v, axes))
-        return functionals_of_steps([present(forms)], simulation.model.comm, STEPS)
+        return StepValues(functionals([present(forms)], simulation.model.comm))
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
