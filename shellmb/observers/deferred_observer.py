@@ -62,7 +62,7 @@ class StepValues:
         self._table[row] = found
 
     def of(self, rows: slice) -> Floats:
-        """Those of some steps that were taken, shape (k, ...); not collective."""
+        """Numbers of some steps that were taken, shape (k, ...); not collective."""
         return self._table[rows]
 
 
