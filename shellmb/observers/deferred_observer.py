@@ -9,7 +9,8 @@ steps of a run in which nobody asks are booked `STEPS` at a time, or fewer where
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 from mpi4py import MPI
@@ -38,25 +39,36 @@ def _together(simulation: Simulation) -> int:
     return min(STEPS, NUMBERS // size + 1)
 
 
-class DeferredNumbers:
-    """Arrays that functions keep their numbers in, copied in each step.
+class StepValues:
+    """Numbers that are found in each step, and read for several steps at a time.
 
     Args:
-        arrays: The arrays.
-
-    Attributes:
-        tables: Copies of each array in the steps that are booked together, shape (steps, n).
+        find: Finds them as they are now, always in one shape; it may be collective. It must not
+            know who has it: what knows itself is not freed at once.
     """
 
-    def __init__(self, arrays: Sequence[Floats]) -> None:
-        ends = np.cumsum([0, *map(len, arrays)])
-        self._arrays, self._table = arrays, np.zeros((STEPS, ends[-1]))
-        self.tables = np.split(self._table, ends[1:-1], axis=1) if arrays else []
+    def __init__(self, find: Callable[[], Any]) -> None:
+        self._find, self._table = find, np.zeros(0)
 
     def take(self, row: int) -> None:
-        """Copy them into a row of the tables."""
-        if self._arrays:
-            np.concatenate(self._arrays, out=self._table[row])
+        """Find those of a step.
+
+        Args:
+            row: Which of the steps that are booked together.
+        """
+        found = self._find()
+        if not len(self._table):
+            self._table = np.zeros((STEPS, *np.shape(found)))
+        self._table[row] = found
+
+    def of(self, rows: slice) -> Floats:
+        """Numbers of some steps that were taken, shape (k, ...); not collective."""
+        return self._table[rows]
+
+
+def copies(arrays: Iterable[Floats]) -> StepValues:
+    """Copies of arrays in each step, one behind the other; there may be none."""
+    return StepValues(partial(np.concatenate, [np.zeros(0), *arrays]))
 
 
 class SharedTable:
@@ -128,7 +140,7 @@ class DeferredObserver(BaseObserver):
         self._rows: list[Row] | None = None
         # the state before the last step that is booked, or before something was switched
         self._before: dict[str, Any] = {}
-        self._looks_back = self._switched = False
+        self._switched = False
         self.mark: Mark = 0, 0, False, {}
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
@@ -185,13 +197,12 @@ class DeferredObserver(BaseObserver):
     def book(self) -> None:
         """Book all that was taken."""
         taken, self._taken = self._taken, 0
-        first = max(0, taken - 1) if self._looks_back else 0
-        if first:
-            self._book(slice(0, first))
+        if taken > 1:
+            self._book(slice(0, taken - 1))
         if taken:
-            if self._looks_back and not self._switched:
+            if not self._switched:
                 self._before = self.kept()
-            self._book(slice(first, taken))
+            self._book(slice(taken - 1, taken))
 
     def _book(self, rows: slice) -> None:
         found = self.book_rows(rows)
@@ -225,10 +236,6 @@ class DeferredObserver(BaseObserver):
         self.book()
         self.mark = len(self._rows or ()), self.count, self._switched, self._now
         return self.kept()
-
-    def look_back(self) -> None:
-        """Keep from now on the state before the last step, which may be requested."""
-        self._looks_back = True
 
     def state_at(self, count: int) -> dict[str, Any]:
         """State that must survive a restart from behind the last step, or the one before it.

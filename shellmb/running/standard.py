@@ -21,9 +21,8 @@ from shellmb.observers.columns import (
     path_columns,
     volume_columns,
 )
-from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.reserves import Reserves
-from shellmb.observers.files.checkpoint import Checkpoint, Written
+from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.forces.contacts import ContactForces
 from shellmb.observers.forces.endforces import BlowColumns, EndForceColumns
 from shellmb.observers.forces.joints import JointForces
@@ -119,10 +118,6 @@ class StandardObservers:
 
             self.frames = Frames(directory / FIELDS, joints)
             self.named["frames"] = self.frames
-            named = self.named.items()
-            written = {name: o for name, o in named if isinstance(o, Written)}
-            later = {name: o for name, o in named if isinstance(o, DeferredObserver)}
-            checkpoint = Checkpoint(directory / STATE, dict(named), written, later=later)
-            self.named["checkpoint"] = checkpoint
+            self.named["checkpoint"] = Checkpoint(directory / STATE, dict(self.named))
         # behind all that write
         self.named["stop"] = Stop()

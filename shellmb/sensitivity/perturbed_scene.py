@@ -8,7 +8,7 @@ from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.observers.columns import points_and_events
-from shellmb.observers.files.checkpoint import Checkpoint, Saved, Written
+from shellmb.observers.files.checkpoint import Checkpoint, Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.summary import summarise
 from shellmb.running.execute import RunResult, take_up
@@ -54,8 +54,7 @@ class PerturbedScene(PerturbedRun):
         chosen = {name: o for name, o in self._standard.named.items() if name not in left_out}
         if comm.rank == 0:
             describe(scene).write(folder)
-        files = {name: o for name, o in chosen.items() if isinstance(o, Written)}
-        self.saved = Checkpoint(folder / STATE, chosen, files)
+        self.saved = Checkpoint(folder / STATE, chosen)
         if run.step:
             take_up(simulation, chosen, _saved(folder, simulation, run))
         super().__init__(simulation, list(chosen.values()), columns == "all")

@@ -14,6 +14,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.demos.own_body import fall
+from shellmb.observers.account.momentum import Momentum
 from shellmb.scene.control.signals import named_inputs
 
 STEEL = sm.Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1000.0)
@@ -144,6 +145,23 @@ def test_rejected_steps_leave_no_trace(make: Callable[[], sm.Scene], dt: float) 
     assert last["t"] == pytest.approx(6 * dt, rel=1e-14)
     # round-off of the energies that are exchanged, 0.1 to 10 J
     assert abs(last["energy_balance"]) < 1e-11
+
+
+def test_an_impact_that_is_tried_twice_counts_once() -> None:
+    """A lock begins to act in a step that is taken back: its impulse is that of the step taken."""
+    drifts = []
+    for tries in (1, 3):
+        motion = sm.SceneMotion(arm("ep", locks=sm.Lock("hinge", active=(0.02, 1.0))))
+        for _ in range(5):
+            for _ in range(tries):
+                motion.trial(0.01)
+                # books the step
+                assert motion.outputs["t"] == motion.time
+            motion.accept()
+        (momentum,) = (o for o in motion._observers if isinstance(o, Momentum))
+        drifts.append(momentum.drift)
+    assert drifts[1] == drifts[0]
+    assert max(drifts[0].values()) < 1e-10
 
 
 @pytest.mark.parametrize("scheme", ["ep", "ed3"])

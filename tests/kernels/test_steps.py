@@ -12,7 +12,8 @@ from dolfinx import fem, mesh
 
 from shellmb.native.assembler import assembled_by
 from shellmb.native.expressions import values_at_states
-from shellmb.system.assembly.functionals import functionals, functionals_of_steps
+from shellmb.observers.deferred_observer import StepValues
+from shellmb.system.assembly.functionals import functionals
 
 # the same kernels on the same numbers; by DOLFINx in another order of operations
 ROUND_OFF = 1e-13
@@ -37,7 +38,8 @@ def changed(parts: tuple[fem.Function, fem.Function, fem.Constant], step: int) -
 def test_sums_of_steps_are_those_of_each_step(parts) -> None:
     q, v, c = parts
     sums = [[c * ufl.dot(q, q) * ufl.dx, ufl.dot(q, v) * ufl.dx], [c * ufl.dot(v, v) * ufl.dx]]
-    now, later = functionals(sums, MPI.COMM_SELF), functionals_of_steps(sums, MPI.COMM_SELF, 4)
+    now = functionals(sums, MPI.COMM_SELF)
+    later = StepValues(functionals(sums, MPI.COMM_SELF))
     expected = []
     for step in (3, 1, 4, 2):
         changed(parts, step)

@@ -56,7 +56,7 @@ class MeanTension(BaseObserver):
         self._work = resistance(simulation.problem, self._group.name)
 
     def solved(self, simulation: Simulation) -> None:
-        self.found.append(self._work.find()[self._group.mixed.dofs["x"]].copy())
+        self.found.append(self._work()[self._group.mixed.dofs["x"]].copy())
 
 
 def rates(k: float, y: np.ndarray) -> np.ndarray:

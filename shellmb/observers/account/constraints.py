@@ -14,10 +14,10 @@ from shellmb.model.joints.joints import JointGroup
 from shellmb.observers.deferred_observer import (
     STEPS,
     Booked,
-    DeferredNumbers,
     DeferredObserver,
     Row,
     SharedTable,
+    copies,
 )
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Simulation
@@ -67,7 +67,8 @@ class Constraints(DeferredObserver):
         self._groups = [_Violations(group, number) for group in model.mechanism.groups]
         self._switched_groups = [group for group in self._groups if group.switched]
         kept = [*self._small, *model.mechanism.groups]
-        self._states = DeferredNumbers([arrays[each.name] for each in kept])
+        states = [arrays[each.name] for each in kept]
+        self._states, self._ends = copies(states), np.cumsum([*map(len, states)])
         # of each step: of directors, of all constraints, and of each joint
         self._worst = SharedTable(model.comm, (2 + len(number),), MPI.MAX)
         self._measured = not simulation.scheme.linear
@@ -87,7 +88,7 @@ class Constraints(DeferredObserver):
 
     def _add(self, rows: slice, worst: Floats) -> None:
         """Largest violations of directors and of each joint on this rank."""
-        states = [table[rows] for table in self._states.tables]
+        states = np.split(self._states.of(rows), self._ends, axis=1)[:-1]
         found = [(constraint_errors(*own), 0) for own in zip(self._small, states, strict=False)]
         found += [(self._found[rows, k], first) for k, (_, _, first) in enumerate(self._others)]
         for errors, first in found:

@@ -20,13 +20,19 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
 from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
+from shellmb.observers.deferred_observer import (
+    Booked,
+    DeferredObserver,
+    Row,
+    SharedTable,
+    StepValues,
+)
 from shellmb.preprocessing.modal.tangent import stretching
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.functionals import functionals, functionals_of_steps
+from shellmb.system.assembly.functionals import functionals
 
 # work from outside that has columns of its own
 WORKS = ("loads", "terms")
@@ -118,7 +124,7 @@ class EnergyAccount(DeferredObserver):
         self._natural = bool(natural)
         ends = [present(kinetic), present(strain), *stored, *inert.values()]
         ends += [natural] if natural else []
-        self._ends = functionals_of_steps(ends, comm, STEPS)
+        self._ends = StepValues(functionals(ends, comm))
         loads, terms = (present(work_forms(simulation, kind, others)) for kind in WORKS)
         self._resisting = [b for b in self._potentials if b.resists]
         losses = [present(work_forms(simulation, "terms", [b])) for b in self._resisting]
@@ -133,22 +139,23 @@ class EnergyAccount(DeferredObserver):
         self._dissipated = dict.fromkeys(inert, 0.0) | self._dissipated
         self._names = tuple(inert)
         # of each step: the work of all kinds and what is lost, work of supports, and energies
-        self._works = functionals_of_steps(steps, comm, STEPS)
-        self._supports = [0.0] * STEPS
-        self._dynamic, self._acting = scheme.dynamic, scheme.dynamic and any(steps)
+        self._works, self._dynamic = StepValues(functionals(steps, comm)), scheme.dynamic
+        driven = any(fixed.moving for b in bodies for fixed in b.fixed)
+        self._supports = StepValues(problem.support_work if driven else float)
         self._scales = _reaction_scales(simulation)
         sized = [(*stretching(b), b.mixed.space.mesh) for b in simulation.model.meshed.values()]
         # to an order of magnitude
         at_rest = sum(k * length**mesh.topology.dim for k, _, length, mesh in sized)
         self._floor = max(self._floor, ROUND_OFF_STRAIN**2 * at_rest)
-        self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
         # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
         # friction and damping, and energies
-        self._losses = np.zeros((STEPS, len(self._faces), 2))
+        faces, none = self._faces, np.zeros((0, 2))
+        self._losses = StepValues(lambda: [f.loss() for f in faces] or none)
+        self._touch = StepValues(lambda: [f.energy() for f in faces] or none[:, 0])
         # reactions, of which the largest tell what round-off works
-        self._reactions = np.zeros((STEPS, len(problem.system.reactions)))
+        system = problem.system
+        self._reactions = StepValues(lambda: system.reactions)
         self._reach = SharedTable(comm, (), MPI.MAX)
-        self._touch = np.zeros((STEPS, len(self._faces)))
         now = self._now_there()
         if self._initial is None:
             self._values |= now
@@ -196,29 +203,24 @@ class EnergyAccount(DeferredObserver):
         self._take_ends(0)
         ends = self._ends.of(slice(0, 1))
         self._shift = float(ends[0, -1]) if self._natural else 0.0
-        return {name: float(x[0]) for name, x in self._energies(ends, self._touch[:1]).items()}
+        columns = self._energies(ends, self._touch.of(slice(0, 1)))
+        return {name: float(x[0]) for name, x in columns.items()}
 
     def _take_ends(self, row: int) -> None:
         self._ends.take(row)
-        if self._faces:
-            self._touch[row] = [faces.energy() for faces in self._faces]
+        self._touch.take(row)
 
     def _find_reach(self, rows: slice, reach: Floats) -> None:
         """Largest work of reactions on large motions for their unknowns, J."""
-        works = np.abs(self._reactions[rows]) * self._scales
+        works = np.abs(self._reactions.of(rows)) * self._scales
         np.maximum.reduce(works, -1, initial=0.0, out=reach)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the work and the dissipation of the step."""
         if not self._dynamic:
             return
-        if self._acting:
-            self._works.take(row)
-        if self._faces:
-            self._losses[row] = [faces.loss() for faces in self._faces]
-        if self._driven:
-            self._supports[row] = simulation.problem.support_work()
-        self._reactions[row] = simulation.problem.system.reactions
+        for each in (self._works, self._losses, self._supports, self._reactions):
+            each.take(row)
         self._reach.take(row, self._find_reach)
         for jump in self._jumps:
             jump.begin()
@@ -233,7 +235,7 @@ class EnergyAccount(DeferredObserver):
     def book_rows(self, rows: slice) -> list[Row]:
         """Add steps up, and see whether the balance closes."""
         ends = self._ends.of(rows)
-        columns = self._energies(ends, self._touch[rows])
+        columns = self._energies(ends, self._touch.of(rows))
         if self._dynamic:
             self.raise_floor(ROUND_OFF_MOTION * float(self._reach.of(rows, self._find_reach).max()))
             columns |= self._balance(rows, ends.T, columns["total_energy"])
@@ -247,7 +249,7 @@ class EnergyAccount(DeferredObserver):
     def _balance(self, rows: slice, ends: Floats, total: Floats) -> dict[str, Floats]:
         """Columns of work and dissipation since the start, and what is left of the balance."""
         loads, terms, *rest = self._works.of(rows).T
-        faces = np.moveaxis(self._losses[rows], 0, -1)
+        faces = np.moveaxis(self._losses.of(rows), 0, -1)
         # friction, and damping in contact
         spent = [-work for work in rest[: len(self._resisting)]]
         elastic, inert = rest[len(self._resisting) :], ends[2 + len(self._potentials) :]
@@ -259,7 +261,7 @@ class EnergyAccount(DeferredObserver):
         for name, parts in (scheme | (by_faces if self._alpha else {})).items():
             self._dissipated[name] = float(_added(self._dissipated.get(name, 0.0), *parts)[-1])
         works = {"work_loads": [loads], "work_terms": [terms]}
-        works["work_supports"] = [np.array(self._supports[rows])]
+        works["work_supports"] = [self._supports.of(rows)]
         if self._natural:
             # the stress of natural strains works, and what it stores is no work from outside
             works["work_loads"].append(np.diff(ends[-1], prepend=self._shift))

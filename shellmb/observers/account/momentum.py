@@ -20,11 +20,10 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, StepValues
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.deferred import DeferredValues
-from shellmb.system.assembly.functionals import functionals, functionals_of_steps, vector_of
+from shellmb.system.assembly.functionals import functionals, vector_of
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
@@ -57,9 +56,8 @@ class Momentum(DeferredObserver):
         self._drift: dict[str, float] = {}
         # none before the start
         self._initial = np.zeros((0, 3))
-        # both momenta now, and impulses so far: of loads, of supports, and of impacts at which
-        # something begins to act
-        self._now_vectors, self._impulses = np.zeros((2, 3)), np.zeros((3, 2, 3))
+        # impulses so far: of loads, of supports, and of impacts at which something begins to act
+        self._impulses = np.zeros((3, 2, 3))
         self._largest = dict.fromkeys(KINDS, 0.0)
         self._gross = self._slowest = 0.0
 
@@ -67,7 +65,12 @@ class Momentum(DeferredObserver):
     def values(self) -> dict[str, Floats]:
         """Momenta by their `KINDS`, kg m/s and kg m^2/s, each of shape (3,)."""
         self.book()
-        return dict(zip(KINDS, self._now_vectors.copy(), strict=True)) if self._drift else {}
+        return dict(zip(KINDS, self._vectors, strict=True)) if self._drift else {}
+
+    @property
+    def _vectors(self) -> Floats:
+        """Both momenta with all steps booked, shape (2, 3)."""
+        return np.reshape([*self._now.values()], (2, 3))
 
     def start(self, simulation: Simulation) -> None:
         """Make the functionals and take the initial momenta."""
@@ -84,12 +87,12 @@ class Momentum(DeferredObserver):
         self._mass = self._total_mass(simulation, bodies)
         self._take()
         if not len(self._initial):
-            self._initial = self._now_vectors
+            self._initial = self._vectors
         for kind in KINDS:
             self._drift.setdefault(kind, 0.0)
-        self._sizes(np.stack([self._now_vectors, *self._impulses])[:, None])
+        self._sizes(np.stack([self._vectors, *self._impulses])[:, None])
 
-    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> DeferredValues:
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> StepValues:
         """Both momenta, six numbers."""
         forms: list[Form | None] = []
         for body, axes in zip(bodies, self._axes, strict=True):
@@ -97,7 +100,7 @@ class Momentum(DeferredObserver):
             # of small motions about the reference positions
             q, v = (levels.reference or levels).q, levels.rates["v"]
             forms.append(_both(body, q, v, axes))
-        return functionals_of_steps([present(forms)], simulation.model.comm, STEPS)
+        return StepValues(functionals([present(forms)], simulation.model.comm))
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
@@ -112,8 +115,7 @@ class Momentum(DeferredObserver):
 
     def _take(self) -> None:
         self._momenta.take(0)
-        self._now_vectors = self._momenta.of(slice(0, 1)).reshape(2, 3).copy()
-        self.begin(_columns(self._now_vectors[None])[0])
+        self.begin(*_columns(self._momenta.of(slice(0, 1))))
 
     def _sizes(self, vectors: Floats) -> None:
         """Largest vectors of both kinds.
@@ -131,9 +133,9 @@ class Momentum(DeferredObserver):
         if not self._dynamic or not self._held:
             # the impact of one body on another changes nothing
             return
-        before = self._now_vectors
+        before = self._vectors
         self._take()
-        self._impulses[2] += self._now_vectors - before
+        self._impulses[2] += self._vectors - before
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the impulses of the step."""
@@ -166,7 +168,7 @@ class Momentum(DeferredObserver):
         for kind, largest in zip(KINDS, drift.tolist(), strict=True):
             self._drift[kind] = max(self._drift[kind], largest)
         self._sizes(vectors)
-        self._now_vectors, self._impulses = vectors[0, -1].copy(), vectors[1:, -1].copy()
+        self._impulses = vectors[1:, -1].copy()
         return _columns(after)
 
     def relative_drift(self, kind: str) -> float | None:

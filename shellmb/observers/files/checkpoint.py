@@ -72,24 +72,16 @@ class Checkpoint(BaseObserver):
     Args:
         folder: Folder of the state.
         observers: Observers whose state is kept, by name; the checkpoint has to stand behind them.
-        files: Those among them whose files a state counts on, by the same names.
-        later: Those among them that need not be asked in each step, by the same names.
         interval: Least time between two states, s.
     """
 
     def __init__(
-        self,
-        folder: Path,
-        observers: Mapping[str, Observer],
-        files: Mapping[str, Written] | None = None,
-        interval: float = INTERVAL,
-        later: Mapping[str, DeferredObserver] | None = None,
+        self, folder: Path, observers: Mapping[str, Observer], interval: float = INTERVAL
     ) -> None:
-        self._folder, self._interval = folder, interval
-        self._files, self._later = files or {}, later or {}
-        for observer in self._later.values():
-            observer.look_back()
-        self._names = list(observers)
+        self._folder, self._interval, self._names = folder, interval, list(observers)
+        self._files = {n: o for n, o in observers.items() if isinstance(o, Written)}
+        # these need not be asked in each step
+        self._later = {n: o for n, o in observers.items() if isinstance(o, DeferredObserver)}
         self._observers = {n: o for n, o in observers.items() if n not in self._later}
 
     def start(self, simulation: Simulation) -> None:

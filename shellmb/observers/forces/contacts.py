@@ -48,7 +48,7 @@ class ContactForces(KeptColumns):
     def solved(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
         for group, works in self._groups:
-            middle, work = last_middle(simulation, group.name), works.find()
+            middle, work = last_middle(simulation, group.name), works()
             forces = -work[group.mixed.dofs["u1"]].reshape(-1, 3)
             sums = np.zeros(10)
             sums[:3] = forces.sum(axis=0)

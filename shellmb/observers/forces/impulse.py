@@ -24,12 +24,11 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compile_all
-from shellmb.observers.deferred_observer import STEPS, SharedTable
+from shellmb.observers.deferred_observer import STEPS, SharedTable, StepValues
 from shellmb.observers.forces.reactions import HeldForces, gathered
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.deferred import DeferredValues
-from shellmb.system.assembly.meshgroups import residuals_of_steps
+from shellmb.system.assembly.meshgroups import residuals_of_field
 
 # numbers of local dofs of all steps that are added up together: more are no quicker
 TOGETHER = 100_000
@@ -103,36 +102,36 @@ class _BalanceRow:
         self._first, self._system = first, problem.system
         # loads and added terms; all of what potentials exert comes from outside, and what volumes
         # exert on lids, which are no bodies; residuals are against it
-        self._acting: list[tuple[float, slice, DeferredValues]] = []
+        self._acting: list[tuple[float, slice, StepValues]] = []
         for body in simulation.model.bodies:
             row, outside = problem.forms[body.name][stage], body in simulation.model.outside
             if forms := row.residual if outside else _work(row, body):
                 number = problem.number(body.name, stage)
-                works = residuals_of_steps(self._system, number, compile_all(forms), STEPS)
+                find = residuals_of_field(self._system, number, compile_all(forms))
                 where = self._system.numbering.slice(number)
-                self._acting.append((-1.0 if outside else 1.0, where, works))
-        self._held = HeldForces(problem, simulation.model, stage, STEPS)
-        self._arms = [
+                self._acting.append((-1.0 if outside else 1.0, where, StepValues(find)))
+        self._held = HeldForces(problem, simulation.model, stage)
+        arms = (
             problem.steps[c.name].middle if first else partial(problem.half_chord, c.name)
             for c in self._held.carriers
-        ]
-        self._states = [np.zeros((STEPS, len(arm()))) for arm in self._arms]
+        )
+        self._arms = [StepValues(arm) for arm in arms]
 
     def take(self, step: int) -> None:
         """Take forces and where they act."""
         for _, _, works in self._acting:
             works.take(step)
         self._held.take(step)
-        for states, arm in zip(self._states, self._arms, strict=True):
-            states[step] = arm()
+        for arms in self._arms:
+            arms.take(step)
 
     def add(self, steps: slice, sums: Floats) -> None:
         """Add the resultants of this rank to those of `Impulse.of_steps`, by time."""
         forces = [self._nodal(steps), self._held.nodal(steps)]
         there = [(k, f) for k, f in enumerate(forces) if f is not None]
-        for carrier, states in zip(self._held.carriers, self._states, strict=True):
+        for carrier, arms in zip(self._held.carriers, self._arms, strict=True):
             whole = 1.0 if self._first else 0.0
-            found, gross = carrier.resultants(states[steps], whole, [f for _, f in there])
+            found, gross = carrier.resultants(arms.of(steps), whole, [f for _, f in there])
             # the first moment of a force in time is no impulse
             first = 0 if self._first else 3
             for (k, _), rows in zip(there, found, strict=True):

@@ -17,7 +17,13 @@ from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row, SharedTable
+from shellmb.observers.deferred_observer import (
+    STEPS,
+    DeferredObserver,
+    Row,
+    SharedTable,
+    StepValues,
+)
 from shellmb.observers.forces.locations import FreeCoordinates, Places
 from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
@@ -92,7 +98,7 @@ class JointForces(DeferredObserver):
         self._forces.take(partial(span_of_step, simulation), row)
         read: Row = {}
         for group, works in self._elements:
-            acted = group.acted(works.find())
+            acted = group.acted(works())
             if (branches := self._branches.get(group.name)) is not None:
                 acted = acted + gathered(group.nodes, branches.forces(mean=True))
             read |= group.columns(acted)
@@ -275,7 +281,7 @@ class GroupForces:
         balance: Sequence[str],
     ) -> None:
         self.name = group.name
-        self._works = [resistance(problem, group.name, stage, STEPS) for stage in balance]
+        self._works = [StepValues(resistance(problem, group.name, s)) for s in balance]
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
         self._parts = parts_of(group, joints, number)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from shellmb.arrays import Floats
 from shellmb.model.joints.coordinates import COLUMN, CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.observers.deferred_observer import DeferredNumbers, SharedTable
+from shellmb.observers.deferred_observer import SharedTable, copies
 from shellmb.restart import Restartable
 from shellmb.simulate.simulation import Simulation
 
@@ -149,9 +150,10 @@ class FreeCoordinates(Restartable):
                 if here:
                     self._read.append(_Like(kind, group, *zip(*here, strict=True)))
                     arrays[group.name] = simulation.problem.state(group.name).x.array
-        # and states of the groups
-        self._kept = DeferredNumbers(list(arrays.values()))
-        self._states = dict(zip(arrays, self._kept.tables, strict=True))
+        # and states of the groups, where each begins
+        self._states = copies(arrays.values())
+        ends = np.cumsum([0, *map(len, arrays.values())]).tolist()
+        self._of = {name: slice(*own) for name, own in zip(arrays, pairwise(ends), strict=True)}
         if self.values:
             self.take(0)
             self.count(slice(0, 1))
@@ -163,12 +165,13 @@ class FreeCoordinates(Restartable):
             row: Which of the steps that are counted together.
         """
         if self.values:
-            self._kept.take(row)
+            self._states.take(row)
             self._found.take(row, self._find)
 
     def _find(self, rows: slice, found: Floats) -> None:
         for like in self._read:
-            found[:, like.numbers] = like.values(self._states[like.group][rows], self._linear)
+            states = self._states.of(rows)[:, self._of[like.group]]
+            found[:, like.numbers] = like.values(states, self._linear)
 
     def count(self, rows: slice) -> list[dict[str, float]]:
         """Values of some steps, one after the other.

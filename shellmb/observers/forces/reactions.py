@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -11,11 +11,11 @@ from dolfinx import fem
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
 from shellmb.model.reduced.floating_body import OnArms
+from shellmb.observers.deferred_observer import StepValues
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.meshgroups import residuals_of_steps
+from shellmb.system.assembly.meshgroups import residuals_of_field
 
 
 class Assembled(Protocol):
@@ -37,20 +37,17 @@ class Assembled(Protocol):
         ...
 
 
-def resistance(
-    problem: Assembled, name: str, stage: str | None = None, steps: int = 0
-) -> DeferredValues:
-    """Virtual work of a group's forces in a row.
+def resistance(problem: Assembled, name: str, stage: str | None = None) -> Callable[[], Floats]:
+    """Make what finds the virtual work of a group's forces in a row.
 
     Args:
         problem: The system.
         name: Name of the group.
         stage: The row; None: that of the state at the end of a step.
-        steps: How many steps are kept.
     """
     number = problem.number(name, stage or problem.last)
     forms = [form for form, rows in problem.system.residual_forms if rows == (number,)]
-    return residuals_of_steps(problem.system, number, forms, steps)
+    return residuals_of_field(problem.system, number, forms)
 
 
 def gathered(system: BlockSystem, local: Floats, reactions: Floats | None = None) -> Floats:
@@ -78,13 +75,12 @@ class HeldForces:
         problem: The system that was solved.
         model: The bodies.
         stage: The row.
-        steps: How many steps are kept.
 
     Attributes:
         carriers: Bodies that forces arrive at.
     """
 
-    def __init__(self, problem: Assembled, model: Model, stage: str, steps: int = 1) -> None:
+    def __init__(self, problem: Assembled, model: Model, stage: str) -> None:
         self._system = problem.system
 
         def where(body: str) -> slice:
@@ -96,18 +92,19 @@ class HeldForces:
         on_arms = (body for body in model.bodies if isinstance(body, OnArms))
         self.carriers += [ArmCarrier(body, where(body.name)) for body in on_arms]
         self._planes = [
-            (where(plane.name), resistance(problem, plane.name, stage, steps))
+            (where(plane.name), StepValues(resistance(problem, plane.name, stage)))
             for plane in model.planes
         ]
         self._supported = model.supported
         # what is left of the equations of fixed unknowns is what holds them
-        self._reactions = np.zeros((steps, len(self._system.fixed)))
+        system = problem.system
+        self._reactions = StepValues(lambda: system.reactions)
 
     def take(self, step: int) -> None:
         """Take what a step leaves of them."""
         if not self._supported:
             return
-        self._reactions[step] = self._system.reactions
+        self._reactions.take(step)
         for _, works in self._planes:
             works.take(step)
 
@@ -119,7 +116,7 @@ class HeldForces:
         """
         if not self._supported:
             return None
-        reactions = self._reactions[steps]
+        reactions = self._reactions.of(steps)
         local = np.zeros((len(reactions), len(self._system.numbering.local_to_global)))
         for place, works in self._planes:
             # on the left-hand side they resist

@@ -17,7 +17,6 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.kernels import compile_all
-from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.loops import FormLoop, MeshGeometry
 
 
@@ -44,19 +43,6 @@ def functionals(sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> Functionals:
         comm: Communicator of their meshes; calls are collective.
     """
     return (LoopFunctionals if is_native() else DolfinxFunctionals)(sums, comm)
-
-
-def functionals_of_steps(
-    sums: Sequence[Sequence[Form]], comm: MPI.Comm, steps: int
-) -> DeferredValues:
-    """Make what evaluates several sums of integrals in many steps.
-
-    Args:
-        sums: As of `functionals`.
-        comm: As of `functionals`.
-        steps: How many steps are kept.
-    """
-    return DeferredValues(functionals(sums, comm), sum(map(_size, sums)), steps)
 
 
 class DolfinxFunctionals:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,6 @@ from dolfinx import fem
 from shellmb.arrays import Floats, Ints
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, PlacedForm, Rows
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
@@ -91,16 +90,15 @@ def residuals_of(
     return LoopResiduals(_rows(*each, forms) for each in _by_mesh(fields, offsets, held))
 
 
-def residuals_of_steps(
-    system: BlockSystem, number: int, forms: Sequence[fem.Form], steps: int
-) -> DeferredValues:
-    """Make what assembles residuals of one field alone, with its own local dofs, in many steps.
+def residuals_of_field(
+    system: BlockSystem, number: int, forms: Sequence[fem.Form]
+) -> Callable[[], Floats]:
+    """Make what assembles residuals of one field alone, with its own local dofs.
 
     Args:
         system: The system.
         number: Number of the field.
         forms: Compiled residuals.
-        steps: How many steps are kept.
     """
     field = system.fields[number]
     residuals = residuals_of([field], [0], [system.held[number]], [(form, (0,)) for form in forms])
@@ -111,4 +109,4 @@ def residuals_of_steps(
         residuals.add(found)
         return found
 
-    return DeferredValues(find, field.size_all, steps)
+    return find
