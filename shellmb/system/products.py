@@ -6,10 +6,9 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.loops import FormLoop
+from shellmb.system.assembly.loops import FormLoop, MeshCells
 from shellmb.system.assembly.meshgroups import mesh_groups
 
 
@@ -38,22 +37,25 @@ class Products:
             system.jacobian(system.x, system.A)
             system.A.mult(x, y)
             return
-        exchange, lib = system.exchange, native.cells().lib
+        exchange = system.exchange
         seen = exchange.seen(x.array_r)
         local = np.zeros_like(seen)
-        for loop in self._loops:
+        for cells, loop in self._loops:
             loop.refresh()
-            lib.products(*loop.mesh, native.doubles(seen), native.doubles(local))
+            for some, matrices in loop.matrices(cells):
+                at = cells.dofs[some]
+                np.add.at(local, at, np.matvec(matrices, seen[at]))
         if system.couplings:
             local += system.coupled.times(system.coupled.derivatives(), seen)
         y.array[:] = exchange.summed(local)
         y.array[system.fixed] = x.array_r[system.fixed]
 
 
-def _loops(system: BlockSystem) -> list[FormLoop]:
+def _loops(system: BlockSystem) -> list[tuple[MeshCells, FormLoop]]:
     """Loops over the cells of each mesh with all derivatives of the residuals on it."""
     found = []
     for group in mesh_groups(system):
-        found.append(loop := FormLoop(group.cells, group.jacobians()))
+        loop = FormLoop(group.cells, group.jacobians())
         loop.bind(group.cells)
+        found.append((group.cells, loop))
     return found

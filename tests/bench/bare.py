@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
@@ -12,7 +13,6 @@ import numpy as np
 
 from shellmb.accuracy.measuring.times import slowest
 from shellmb.clock import now
-from shellmb.native import library as native
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals
 from shellmb.system.assembly.meshgroups import mesh_groups
@@ -70,18 +70,18 @@ class BareWork:
         for group in groups:
             cells = group.cells
             loop = FormLoop(cells, group.jacobians())
-            K = np.empty((loop.lanes, cells.size, cells.size))
-            self._loops.append((loop, cells.struct(loop), loop.pointer(K)))
-        self._lib = native.cells().lib
+            loop.bind(cells)
+            self._loops.append((loop, cells))
 
     def _kernels(self) -> None:
-        for loop, struct, K in self._loops:
-            self._lib.all_matrices(struct, loop.kernels, loop.count, K, loop.pointer(None))
+        for loop, cells in self._loops:
+            # all of them, of which none is kept
+            deque(loop.matrices(cells), maxlen=0)
 
     def measure(self) -> Bare:
         """Time each part."""
         self._residuals.refresh()
-        for loop, _, _ in self._loops:
+        for loop, _ in self._loops:
             loop.refresh()
         comm = self._problem.system.comm
         linear = self._problem.newton.iteration.linear

@@ -170,12 +170,9 @@ def test_jacobian():
     dense = [fem.assemble_matrix(form).to_dense() for form in many]
     cells, exact = _Cells(space), sum(dense)
     loop = FormLoop(cells, [(form, (0,), 0) for form in many])
-    arguments = cells.struct(loop), loop.kernels, loop.count
-    lib, blocks = native.cells().lib, np.array([exact[np.ix_(d, d)] for d in cells.dofs])
-    largest = np.zeros(blocks.shape[1:])
-    last = np.empty((LANES, *blocks.shape[1:]))
-    lib.all_matrices(*arguments, *map(native.doubles, (last, largest)))
-    _same(largest, np.abs(blocks).max(axis=0))
+    loop.bind(cells)
+    ((_, found),) = loop.matrices(cells)
+    _same(found, [exact[np.ix_(d, d)] for d in cells.dofs])
     # what is put where others are added: before them, and over whatever was there
     alone = compiled_form(jacobians[0])
     other = [np.ix_(d, d) for d in cells.dofs[LANES:]]
@@ -190,9 +187,10 @@ def test_jacobian():
         ]
         loop = FormLoop(cells, forms)
         assert loop.covered != twice
-        last = np.full((LANES, *blocks.shape[1:]), 1e3)
-        arguments = cells.struct(loop), loop.kernels, loop.count, *map(native.doubles, (last, None))
-        lib.all_matrices(*arguments)
+        last = np.full((LANES, cells.size, cells.size), 1e3)
+        loop.bind(cells)
+        arguments = *loop.mesh, LANES, 2 * LANES - 1, native.doubles(last)
+        native.cells().lib.cell_matrices(*arguments)
         _same(last[:-1], [exact[d] for d in other])
 
 

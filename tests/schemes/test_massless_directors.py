@@ -220,7 +220,8 @@ def test_bases_of_a_node(alpha: float, directors: int) -> None:
     given = [d.copy() for d in (start, 0 * start, end, rate)]
     zero = np.zeros((1, n))
     bases = PathBases(np.zeros(1, bool), np.arange(n)[None], zero, given, MasslessPath, alpha)
-    states, rates = bases()
+    bases()
+    states, rates = bases.halves
     G = path.force_rows()[0]
     for tests in (
         np.concatenate([states.left[0], rates.left_other[0]]),

@@ -10,43 +10,28 @@ typedef double lanes __attribute__((vector_size(8 * LANES), may_alias));
 typedef double anywhere __attribute__((vector_size(8 * LANES), may_alias, aligned(8)));
 typedef int64_t order __attribute__((vector_size(8 * LANES)));
 
-#if LANES == 8
-#define ALL(of, n) {of(0, n), of(1, n), of(2, n), of(3, n), of(4, n), of(5, n), of(6, n), of(7, n)}
-#elif LANES == 4
-#define ALL(of, n) {of(0, n), of(1, n), of(2, n), of(3, n)}
-#else
-#define ALL(of, n) {of(0, n), of(1, n)}
-#endif
-
 #define ALWAYS inline __attribute__((always_inline))
 
 /* A loop without one, whose vectors stay in registers. */
 #define EACH(i) _Pragma("GCC unroll 8") for (int i = 0; i < LANES; ++i)
 
-/* Squares of n by n numbers beside the diagonal of squares twice as large change places: from which
- * of two vectors, one behind the other, each number of both comes. */
-#define UPPER(l, n) ((l) & (n) ? LANES + (l) - (n) : (l))
-#define LOWER(l, n) ((l) & (n) ? LANES + (l) : (l) + (n))
-#define EXCHANGE(v, n)                                                                             \
-    EACH(i) if (!(i & n))                                                                          \
-    {                                                                                              \
-        lanes a = v[i], b = v[i + n];                                                              \
-        v[i] = __builtin_shuffle(a, b, (order)ALL(UPPER, n));                                      \
-        v[i + n] = __builtin_shuffle(a, b, (order)ALL(LOWER, n));                                  \
-    }
-
-/* Numbers l of vectors k become numbers k of vectors l. */
+/* Numbers l of vectors k become numbers k of vectors l: squares of n by n numbers beside the diagonal of
+ * squares twice as large change places. */
 static ALWAYS void transpose(lanes *v)
 {
-#if LANES > 1
-    EXCHANGE(v, 1)
-#endif
-#if LANES > 2
-    EXCHANGE(v, 2)
-#endif
-#if LANES > 4
-    EXCHANGE(v, 4)
-#endif
+    order at;
+    EACH(l) at[l] = l;
+    _Pragma("GCC unroll 3") for (int n = 1; n < LANES; n *= 2)
+    {
+        /* from which of two vectors, one behind the other, each number of the first one comes */
+        order from = at + (at & n) * (LANES / n - 1);
+        EACH(i) if (!(i & n))
+        {
+            lanes a = v[i], b = v[i + n];
+            v[i] = __builtin_shuffle(a, b, from);
+            v[i + n] = __builtin_shuffle(a, b, from + n);
+        }
+    }
 }
 
 /* Whether LANES places follow one another. */

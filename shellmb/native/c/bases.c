@@ -54,13 +54,6 @@ static void tangent_of(int directors, const double *d, double *out)
     (directors == 1 ? across : rotations)(d, out);
 }
 
-/* Tangent spaces of nodes, (nodes, 3 directors, 2 or 3). */
-void tangents(int nodes, int directors, const double *d, double *out)
-{
-    for (int i = 0; i < nodes; ++i)
-        tangent_of(directors, d + 3 * directors * i, out + (directors == 1 ? 6 : 27) * i);
-}
-
 /* Derivative of the constraints, (rows, 3 directors); returns the number of rows. */
 static ALWAYS int constraint_rows(int directors, const double *d, double *C)
 {
@@ -141,31 +134,35 @@ static ALWAYS void small_inverse(int c, int n, const double *C, double *out)
             out[j * c + i] = turned[i * n + j];
 }
 
-/* Bases of nodes, all free or held, `reference` + value, tangent at the mean of two values and at
- * the second one, and `(C^T)^+` of the mean; all zero where nodes are held. */
-void bases(int nodes, int directors, const int64_t *dofs, const double *reference,
-           const double *before, const double *now, const unsigned char *held, double *left,
-           double *right, double *forces)
+/* States of a node's directors: so many weighted sums. */
+static ALWAYS void states_of(int count, const PathNodes *p, int node, int n, double (*at)[MOST_SIZE])
+{
+    for (int i = 0; i < n; ++i) {
+        int64_t dof = p->dofs[node * n + i];
+        double given[4], zero = p->reference[node * n + i];
+        for (int k = 0; k < 4; ++k)
+            given[k] = p->values[k][dof] + (k % 2 ? 0.0 : zero);
+        for (int k = 0; k < count; ++k) {
+            const double *w = p->weights + 4 * k;
+            at[k][i] = w[0] * given[0] + w[1] * given[1] + w[2] * given[2] + w[3] * given[3];
+        }
+    }
+}
+
+/* Bases of nodes: tangent at the first state, where forces act, and at the second one, and `(C^T)^+` of
+ * the first; none of nodes that are held. */
+void bases(int nodes, int directors, const PathNodes *p, const unsigned char *held, double **out)
 {
     int n = 3 * directors, m = directors == 1 ? 2 : 3, c = directors == 1 ? 1 : MOST_ROWS;
-    for (int node = 0; node < nodes;
-         ++node, dofs += n, reference += n, left += n * m, right += n * m, forces += n * c) {
-        double mean[MOST_SIZE], d[MOST_SIZE];
-        double C[MOST_ROWS * MOST_SIZE];
-        if (held[node]) {
-            memset(left, 0, sizeof(double) * n * m);
-            memset(right, 0, sizeof(double) * n * m);
-            memset(forces, 0, sizeof(double) * n * c);
+    double at[2][MOST_SIZE], C[MOST_ROWS * MOST_SIZE];
+    for (int node = 0; node < nodes; ++node) {
+        if (held[node])
             continue;
-        }
-        for (int i = 0; i < n; ++i) {
-            d[i] = reference[i] + now[dofs[i]];
-            mean[i] = (reference[i] + before[dofs[i]] + d[i]) / 2;
-        }
-        tangent_of(directors, mean, left);
-        tangent_of(directors, d, right);
-        constraint_rows(directors, mean, C);
-        small_inverse(c, n, C, forces);
+        states_of(2, p, node, n, at);
+        for (int k = 0; k < 2; ++k)
+            tangent_of(directors, at[k], out[k] + node * n * m);
+        constraint_rows(directors, at[0], C);
+        small_inverse(c, n, C, out[2] + node * n * c);
     }
 }
 
@@ -190,16 +187,7 @@ static ALWAYS void path_bases_of(int nodes, int directors, const PathNodes *p, c
         }
         if (held[node])
             continue;
-        for (int i = 0; i < n; ++i) {
-            int64_t dof = p->dofs[node * n + i];
-            double given[4], zero = p->reference[node * n + i];
-            for (int k = 0; k < 4; ++k)
-                given[k] = p->values[k][dof] + (k % 2 ? 0.0 : zero);
-            for (int k = 0; k < PATH_STATES; ++k) {
-                const double *w = p->weights + 4 * k;
-                at[k][i] = w[0] * given[0] + w[1] * given[1] + w[2] * given[2] + w[3] * given[3];
-            }
-        }
+        states_of(PATH_STATES, p, node, n, at);
         for (int k = 1; k < PATH_STATES; ++k)
             constraint_rows(directors, at[k], C[k]);
         tangent_of(directors, at[0], to[0]);

@@ -93,15 +93,15 @@ typedef struct {
     double *blocks, *values;
 } Jacobian;
 
-/* Directors of nodes over a step that is quadratic in time: `reference` + value at both ends. Weights
- * of start, velocity there, end, and velocity there give seven states: the end, where rates are
- * tangent and what these have of the end, the mean, where the second force acts, a sixth of the
- * chord, and the mean velocity. */
+/* Directors of nodes in a step: `reference` + value at both ends, of which states are sums with weights
+ * of start, velocity there, end, and velocity there. Over one that is quadratic in time there are
+ * seven: the end, where rates are tangent and what these have of the end, the mean, where the second
+ * force acts, a sixth of the chord, and the mean velocity. */
 typedef struct {
     const int64_t *dofs;       /* (nodes, 3 directors) */
     const double *reference;   /* of the same shape */
     const double *values[4];   /* of all local dofs */
-    const double *weights;     /* (7, 4) */
+    const double *weights;     /* (states, 4) */
 } PathNodes;
 
 /* Rows for a table, of so many unknowns of each node in turn. */

@@ -28,16 +28,6 @@ static Work work_of(const Cells *g, size_t entries, size_t more)
     return (Work){room, room + w, room + w + A};
 }
 
-/* Add so many numbers, by the processor's vectors. */
-static void add_line(int count, const double *from, double *to)
-{
-    int j = 0;
-    for (; j + LANES <= count; j += LANES)
-        *(anywhere *)(to + j) += *(const anywhere *)(from + j);
-    for (; j < count; ++j)
-        to[j] += from[j];
-}
-
 /* Element tensors of a kernel over the cells that it takes at once, `count` of them, each put or
  * added at its own `out` (row-major, `stride` columns), which is `apart` from that before. */
 static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count, Work work,
@@ -75,17 +65,11 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         take_apart(m, width, (lanes *)work.A, rows, columns, count, k->adds, out, apart, stride);
         return;
     }
-    int side_by_side = 1;
-    for (int j = 1; j < width; ++j)
-        side_by_side &= columns[j] == columns[0] + j;
     for (int i = 0; i < m; ++i) {
         const double *restrict from = work.A + i * width;
         double *restrict to = out + (size_t)rows[i] * stride;
-        if (side_by_side)
-            add_line(width, from, to + columns[0]);
-        else
-            for (int j = 0; j < width; ++j)
-                to[columns[j]] += from[j];
+        for (int j = 0; j < width; ++j)
+            to[columns[j]] += from[j];
     }
 }
 
@@ -117,37 +101,13 @@ static int taken(const Cells *g, int cell)
     return g->cells - cell < g->lanes ? g->cells - cell : g->lanes;
 }
 
-/* Matrices of all cells, `g->lanes` at a time; `K` has those of the last ones in the end, and `found`,
- * if it is not NULL, the largest entries of all, shape (size, size). */
-void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K, double *found)
+/* Matrices of some cells, of whole groups of `g->lanes` from `first` on, (last - first, size, size). */
+void cell_matrices(const Cells *g, const Kernel *kernels, int count, int first, int last, double *K)
 {
     size_t square = (size_t)g->size * g->size;
     Work work = work_of(g, square, 0);
-    for (int cell = 0; cell < g->cells; cell += g->lanes) {
-        int some = taken(g, cell);
-        matrices(g, kernels, count, cell, some, work, K, g->size);
-        for (size_t i = 0; found && i < square * some; ++i)
-            found[i % square] = fmax(found[i % square], fabs(K[i]));
-    }
-}
-
-/* Products of the matrices of all cells with `v`, added to `b`, both at the local dofs `g->dofs`. */
-void products(const Cells *g, const Kernel *kernels, int count, const double *v, double *b)
-{
-    size_t square = (size_t)g->size * g->size;
-    Work work = work_of(g, square, square * g->lanes);
-    for (int cell = 0; cell < g->cells; cell += g->lanes) {
-        int some = taken(g, cell);
-        matrices(g, kernels, count, cell, some, work, work.more, g->size);
-        for (int i = 0; i < g->size * some; ++i) {
-            const int *dofs = g->dofs + (size_t)(cell + i / g->size) * g->size;
-            const double *row = work.more + (size_t)i * g->size;
-            double sum = 0.0;
-            for (int j = 0; j < g->size; ++j)
-                sum += row[j] * v[dofs[j]];
-            b[dofs[i % g->size]] += sum;
-        }
-    }
+    for (int cell = first; cell < last; cell += g->lanes, K += g->lanes * square)
+        matrices(g, kernels, count, cell, taken(g, cell), work, K, g->size);
 }
 
 /* Vectors of all cells, residuals or sums of integrals, added to `b` at the places `g->dofs`. */

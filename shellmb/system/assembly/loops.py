@@ -22,6 +22,8 @@ from shellmb.system.assembly.fields import Field
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
 # cells of matrices at most whose programs keep what seldom changes
 MOST_KEPT = 2048
+# cells whose matrices are looked at together, a multiple of all lanes
+SOME = 64
 # the cells of a mesh, and linear forms over them
 type Rows = tuple[MeshCells, list[PlacedForm]]
 
@@ -276,6 +278,21 @@ class FormLoop:
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
         self._lib.copy_pieces(*self.pieces)
+
+    def matrices(self, cells: MeshCells) -> Iterator[tuple[slice, Floats]]:
+        """Matrices of some cells after the other, with the numbers of these.
+
+        Args:
+            cells: All cells, which are bound.
+
+        Yields:
+            Numbers of some, and their matrices, which the next ones take the place of.
+        """
+        found = np.empty((min(SOME, cells.count), cells.size, cells.size))
+        for first in range(0, cells.count, SOME):
+            last = min(first + SOME, cells.count)
+            self._lib.cell_matrices(*self.mesh, first, last, native.doubles(found))
+            yield slice(first, last), found[: last - first]
 
 
 def _ordered(

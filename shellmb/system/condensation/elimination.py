@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Ints
-from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 
@@ -99,11 +98,11 @@ def _is_regular(A: Floats) -> bool:
 def _matrix(cells: MeshCells, jacobian: list[PlacedForm]) -> tuple[Floats, Bools]:
     """The matrix of one cell, and which entries are not zero in that of some cell."""
     loop = FormLoop(cells, jacobian)
-    found = np.zeros((cells.size, cells.size))
-    some = np.zeros((loop.lanes, *found.shape))
-    arguments = cells.struct(loop), loop.kernels, loop.count, *map(native.doubles, (some, found))
-    native.cells().lib.all_matrices(*arguments)
-    return some[0], found != 0.0
+    loop.bind(cells)
+    one = largest = np.zeros((cells.size, cells.size))
+    for _, found in loop.matrices(cells):
+        one, largest = found[0].copy(), np.fmax(largest, np.fmax.reduce(np.abs(found)))
+    return one, largest != 0.0
 
 
 def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, Any], int]:

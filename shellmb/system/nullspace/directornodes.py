@@ -10,10 +10,10 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.native import library as native
-from shellmb.native.assembler import is_native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
-from shellmb.system.nullspace.directorbases import Bases, DirectorBases
+from shellmb.system.nullspace.directorbases import NodeBases
 from shellmb.system.nullspace.directorpath import (
+    Half,
     MasslessPath,
     PathBases,
     PathDirectors,
@@ -27,7 +27,6 @@ from shellmb.system.nullspace.directors import (
     orthonormal,
     pseudo_inverse,
     rotated,
-    tangent,
     violation,
 )
 
@@ -49,6 +48,28 @@ class _Partial(NamedTuple):
     node: int
     free: Bools
     size: int
+
+
+class Bases(NamedTuple):
+    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
+
+    Args:
+        right: Increments, shape (n, 3 k, m).
+        left: Test vectors, shape (n, 3 k, m).
+        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
+        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
+        left_other: Over a path, tests of the field in the equations of the other one.
+        forces_other: Over a path, what makes multipliers of the other field of forces.
+        rates: Over a path, of the states: what the velocities have of the bases of a pair.
+    """
+
+    right: Floats
+    left: Floats
+    forces: Floats
+    state: Floats | None
+    left_other: Floats | None = None
+    forces_other: Floats | None = None
+    rates: Half | None = None
 
 
 class DirectorNodes:
@@ -81,14 +102,8 @@ class DirectorNodes:
         self.values = field.function.x.array
         self.settled = False
         self.partial = self._partial()
-        midway = not declared.linear and self.rates is None and self.path is None
-        self._directors: DirectorBases | None = None
-        self._path_of_nodes: PathBases | None = None
-        if not self.partial and midway and declared.before is not None and is_native():
-            before = declared.before.x.array
-            self._directors = DirectorBases(
-                self.dofs, self.held, self.reference, before, self.values
-            )
+        self._bases: NodeBases | None = None
+        self._of_path: PathBases | None = None
 
     @property
     def rates(self) -> DirectorRates | None:
@@ -179,18 +194,14 @@ class DirectorNodes:
             fields: All fields.
             found: Bases of the fields before this one.
         """
-        if self._directors is not None:
-            return self._directors()
         if self.path is not None:
             return self._path_bases(fields, found)
-        mean, at = self.mean(fields), self.at(fields)
-        C_mean = constraint(mean)
-        left = tangent(mean)
-        right = left if at is mean else tangent(at)
-        forces = pseudo_inverse(C_mean)
-        left[self.held], forces[self.held] = 0.0, 0.0
-        if right is not left:
-            right[self.held] = 0.0
+        if self._bases is None:
+            self._bases = self._new_bases(fields)
+        left, right, forces = self._bases()
+        if self.partial:
+            mean, at = self.mean(fields), self.at(fields)
+            C_mean = constraint(mean)
         for node, free, size in self.partial:
             extra = np.eye(len(free))[~free]
             for d, basis in ((mean, left), (at, right)):
@@ -210,19 +221,18 @@ class DirectorNodes:
     @property
     def renewals(self) -> Sequence[Callable[[], object]] | None:
         """Functions that compute the last bases anew in place; None: they have other places."""
-        if self._directors is not None:
-            return (self._directors,)
-        if self.path is None or self.partial:
+        if self.partial or self.rates is not None:
             return None
-        return () if self._path_of_nodes is None else (self._path_of_nodes,)
+        return [made for made in (self._bases, self._of_path) if made is not None]
 
     def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
         """Bases of a step that is quadratic in time; those of a pair are found together."""
         which, rates = 0 if self.state is None else 1, None
         if self.state is None:
-            if self._path_of_nodes is None:
-                self._path_of_nodes = self._new_bases(fields)
-            half, rates = self._path_of_nodes()
+            if self._of_path is None:
+                self._of_path = self._path_loop(fields)
+            self._of_path()
+            half, rates = self._of_path.halves
         else:
             kept = found[self.state].rates
             assert kept is not None
@@ -235,7 +245,17 @@ class DirectorNodes:
         others = half.left_other, half.forces_other
         return Bases(half.right, half.left, half.forces, state, *others, rates)
 
-    def _new_bases(self, fields: Sequence[Field]) -> PathBases:
+    def _new_bases(self, fields: Sequence[Field]) -> NodeBases:
+        """Bases tangent where forces act and where increments are."""
+        before, state = self.declared.before, None if self.rates is None else self.rates.state
+        end = self.values if state is None else fields[state].function.x.array
+        start = end if before is None else before.x.array
+        mean = np.array([1.0, 0.0, 0.0, 0.0] if self.declared.linear else [0.5, 0.0, 0.5, 0.0])
+        at = mean if self.declared.linear or state is not None else np.eye(4)[2]
+        values = start, start, end, end
+        return NodeBases("bases", (2, 1), self.held, self.dofs, self.reference, values, [mean, at])
+
+    def _path_loop(self, fields: Sequence[Field]) -> PathBases:
         """Bases of a pair."""
         path = self.path
         assert path is not None and path.before is not None

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Int32s
-from shellmb.native import library as native
+from shellmb.system.nullspace.directorbases import NodeBases
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,
@@ -163,17 +163,19 @@ class MasslessPath(PathDirectors):
         return -8 / (1 + self.alpha) * violation(self.half)
 
 
-class PathBases:
-    """Bases of nodes over a step, of the states and of the velocities, by a loop of `bases.c`.
+class PathBases(NodeBases):
+    """Bases of nodes over a step, of the states and of the velocities.
 
     Args:
-        held: Nodes whose directors are given, shape (n,): they have none.
-        dofs: Local dofs of the nodes, shape (n, 3 k).
-        reference: Directors where the values are zero, shape (n, 3 k).
-        values: Numbers of all local dofs: directors at the start and their velocities there times
-            the step, directors at the end and their velocities there.
+        held: As of `NodeBases`, as are `dofs`, `reference` and `values`.
+        dofs: Local dofs.
+        reference: Directors where the values are zero.
+        values: Numbers of all local dofs.
         kind: What the path is.
         alpha: Dissipation.
+
+    Attributes:
+        halves: The bases of both fields.
     """
 
     def __init__(
@@ -185,38 +187,21 @@ class PathBases:
         kind: type[PathDirectors],
         alpha: float,
     ) -> None:
-        self._lib, pointer, (nodes, size) = native.cells().lib, native.CArrays(), dofs.shape
-        m, c = (2, 1) if size == 3 else (3, 6)
-        found = [np.zeros((nodes, size, width)) for width in [m] * 7 + [c] * 4]
-        T, T_v, along, left, other, left_v, other_v, *forces = found
-        self._halves = (
+        weights = _weights(kind, alpha)
+        super().__init__("path_bases", (7, 4), held, dofs, reference, values, weights)
+        T, T_v, along, left, other, left_v, other_v, *forces = self.found
+        self.halves = (
             Half(T, np.zeros_like(T), left, other, forces[0], forces[1]),
             Half(T_v, along, left_v, other_v, forces[2], forces[3]),
         )
-        given = {
-            "dofs": pointer(dofs.astype(np.int64)),
-            "reference": pointer(np.array(reference, dtype=float)),
-            "values": [pointer(one) for one in values],
-            "weights": pointer(_weights(kind, alpha)),
-        }
-        marks = held.astype(np.uint8)
-        self._kept = pointer, marks
-        pointers = pointer.many("PathNodes", [given]), native.bytes_of(marks)
-        out = pointer.many("double *", [pointer(values) for values in found])
-        self._arguments = nodes, size // 3, *pointers, out
-
-    def __call__(self) -> tuple[Half, Half]:
-        """Bases of all nodes at the current state; overwritten by the next call."""
-        self._lib.path_bases(*self._arguments)
-        return self._halves
 
 
-def _weights(kind: type[PathDirectors], alpha: float) -> Floats:
-    """Weights of the states of a path in what `path_bases` takes of it, shape (7, 4)."""
+def _weights(kind: type[PathDirectors], alpha: float) -> list[Floats]:
+    """Weights of the states of a path in what `path_bases` takes of it, 7 of shape (4,)."""
     start, start_velocity, end, rate = np.eye(4)
     path = kind(start, start_velocity, end, rate, alpha)
     after = path.mean, path.second, path.chord / 6, path.mean_velocity
-    return np.array([path.end, *path.rate_rows(), *after])
+    return [path.end, *path.rate_rows(), *after]
 
 
 def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Half]:

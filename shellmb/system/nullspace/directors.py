@@ -15,7 +15,6 @@ import math
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.native import library as native
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8
@@ -54,21 +53,6 @@ def violation(d: Floats) -> Floats:
     rows = [(v[:, a] * v[:, b]).sum(axis=1) - (a == b) for a, b in PAIRS[k]]
     halves = np.array([0.5 if a == b else 1.0 for a, b in PAIRS[k]])
     return np.stack(rows, axis=1) * halves
-
-
-def tangent(d: Floats) -> Floats:
-    """A basis of the null space of `constraint(d)`, for any independent directors.
-
-    Args:
-        d: Directors, shape (n, 3 k).
-
-    Returns:
-        Shape (n, 3 k, m) with m = 2 for one director, 3 for a triple.
-    """
-    d, k = np.ascontiguousarray(d), d.shape[1] // 3
-    out = np.empty((len(d), 3 * k, 2 if k == 1 else 3))
-    native.cells().lib.tangents(len(d), k, native.doubles(d), native.doubles(out))
-    return out
 
 
 def null_space(rows: Floats, size: int) -> Floats:

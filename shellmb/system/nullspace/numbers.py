@@ -16,7 +16,7 @@ from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import MeshCells
 from shellmb.system.couplings import MatrixPlaces
-from shellmb.system.nullspace.directorbases import Bases
+from shellmb.system.nullspace.directornodes import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.prolongation import RowMap
 
