@@ -113,7 +113,7 @@ def test_elimination_by_runs_is_that_of_the_whole() -> None:
 
 
 def test_what_is_found_anew_is_what_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Programs of matrices of many cells keep nothing; bit for bit the matrices stay."""
+    """Programs of many cells keep nothing; bit for bit the matrices stay."""
 
     def values(most: int) -> np.ndarray:
         monkeypatch.setattr(loops, "MOST_KEPT", most)
@@ -129,3 +129,19 @@ def test_what_is_found_anew_is_what_is_kept(monkeypatch: pytest.MonkeyPatch) -> 
         return np.array(linear.A.getValuesCSR()[2])
 
     np.testing.assert_array_equal(values(0), values(1000))
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ed"])
+def test_inverses_of_cells_are_kept_once(scheme: str) -> None:
+    """Those of a linear section are found once, and read where solutions look for them."""
+    scene = Scene("one", plate(RUBBER), supports=Clamped("left"), scheme=scheme, dt=0.1, t_end=1.0)
+    linear = Simulation(scene).problem.iteration.linear
+    found = linear.parts[0]
+    assert len(found._blocks) == found.cells.count * sum(w * w for w in found.chunks.widths)
+    values = []
+    for _ in range(2):
+        linear._assemble()
+        values.append(np.array(linear.A.getValuesCSR()[2]))
+        # the second time they are found anew
+        found._blocks[:] = np.nan
+    np.testing.assert_array_equal(*values)

@@ -38,21 +38,20 @@ static void multiply(int m, int n, int k, double alpha, double *A, int lda, doub
 }
 
 /* Eliminate the element-wise unknowns of one cell, whose rows are `n` apart, and keep what solutions
- * need of them; `blocks` has its K_EE^-1 and K_EE. */
-static int eliminate(const Cells *g, double *K, int n, double *blocks, double *kept, double *work)
+ * need of them; `blocks` has its K_EE of which `known` has the K_EE^-1, kept before. */
+static int eliminate(const Cells *g, double *K, int n, double *blocks, const double *known,
+                     double *kept, double *work)
 {
-    int info = 0;
-    int pivots[256];
+    int info = 0, pivots[256];
     for (int s = 0; s < g->chunks; ++s) {
         int E = g->chunk_start[s], e = g->chunk_width[s];
-        double *inverse = blocks + g->block_place[s], *block = inverse + e * e;
+        double *inverse = kept + g->inverse_place[s], *block = blocks + g->block_place[s];
         /* that of a linear section is the same at all states, and its inverse is there */
-        int changed = 0;
+        int changed = !known;
         for (int i = 0; i < e; ++i) {
             const double *row = K + (size_t)(E + i) * n + E;
             changed = changed || memcmp(block + i * e, row, sizeof(double) * e);
-            if (changed)
-                memcpy(block + i * e, row, sizeof(double) * e);
+            memcpy(block + i * e, row, sizeof(double) * e);
         }
         if (changed) {
             memcpy(inverse, block, sizeof(double) * e * e);
@@ -60,12 +59,11 @@ static int eliminate(const Cells *g, double *K, int n, double *blocks, double *k
             getrf(&e, &e, inverse, &e, pivots, &info);
             if (!info)
                 getri(&e, inverse, &e, pivots, work, &length, &info);
-            if (info) {
-                block[0] = 0.0 / 0.0;
+            if (info)
                 return 1;
-            }
         }
-        memcpy(kept + g->inverse_place[s], inverse, sizeof(double) * e * e);
+        for (int i = 0; i < e * e && !changed; ++i)
+            inverse[i] = known[(g->inverse_place[s] + i) * LANES];
         const Runs *right = &g->right, *left = &g->left;
         int first = right->first[s], last = right->first[s + 1];
         for (int y = first; y < last; ++y)
@@ -248,9 +246,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
 {
     /* rows are whole vectors */
     int size = g->size, n = (size + LANES - 1) / LANES * LANES, P = g->shared, bad = 0;
-    size_t square = (size_t)size * n;
     int rows = p->left.rows, columns = p->right.rows;
-    size_t product = (size_t)P * rows, result = (size_t)rows * columns;
+    size_t square = (size_t)size * n, product = (size_t)P * rows, result = (size_t)rows * columns;
     size_t kept_size = g->kept_size, most = larger(rows, columns);
     size_t listed = larger(larger(p->left.most, p->right.most), p->multiplier.most);
     size_t some = 64 * (size_t)n + 64 + listed + 3 * most * most;
@@ -276,7 +273,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             inner_size = inner_kept(w.rows, w.columns, w.own);
             memset(kept_inner, 0, sizeof(double) * LANES * inner_size);
         }
-        if (eliminate(g, K, n, blocks + (size_t)cell * g->block_size, mine, scratch)) {
+        const double *known = p->kept ? p->kept + cell / LANES * kept_size * LANES + cell % LANES : 0;
+        if (eliminate(g, K, n, blocks + (size_t)cell * g->block_size, known, mine, scratch)) {
             bad = cell + 1;
             break;
         }
@@ -317,14 +315,17 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                 put_together(inner_size, kept_inner, inner->kept + inner->place[cell / LANES] * LANES);
         }
     }
+    /* no inverses of these are kept */
+    if (bad || !p->kept)
+        memset(blocks + (size_t)first * g->block_size, 0xff,
+               sizeof(double) * (last - first) * g->block_size);
     return bad;
 }
 
 /* So many numbers of LANES cells, in whole lines of the memory. */
 static lanes *many_lanes(int count)
 {
-    size_t size = sizeof(lanes) * (count + 64 / sizeof(lanes) + 1);
-    return aligned_alloc(64, size / 64 * 64);
+    return aligned_alloc(64, sizeof(lanes) * count / 64 * 64 + 64);
 }
 
 /* Numbers from their places, (count, LANES), zero where there is none. */

@@ -40,7 +40,7 @@ typedef struct {
                                       * of the memory on */
     int chunks;
     const int *chunk_start, *chunk_width;
-    const int *block_place;    /* where the K_EE^-1 and K_EE of a cell are, (chunks,) */
+    const int *block_place;    /* where the K_EE of a cell is, (chunks,) */
     int block_size;            /* what all of them take */
     const int *inverse_place;  /* where its K_EE^-1 is in what is kept, (chunks,) */
     Runs right, left;          /* K_EE^-1 K_Ey, and K_xE */

@@ -20,7 +20,7 @@ from shellmb.system.assembly.fields import Field
 
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
-# cells of matrices at most whose programs keep what seldom changes
+# cells at most whose programs keep what seldom changes
 MOST_KEPT = 2048
 # cells whose matrices are looked at together, a multiple of all lanes
 SOME = 64
@@ -220,10 +220,9 @@ class FormLoop:
                 groups = -(-cells.count // lanes) if where[1] is None else len(where[1])
                 program = getattr(ufcx.form_integrals[n], "program", None)
                 read = program.of_each(tables) if program else tables
-                # programs that keep nothing find it again: of matrices of many cells it is a tenth
-                # of the time to assemble them, and an eighth of the memory of a run
-                keeps = column < 0 or cells.count <= MOST_KEPT
-                kept = program.kept * lanes if program and keeps else 0
+                # programs that keep nothing find it again: of many cells it is a tenth of the time
+                # to assemble matrices and residuals, and a sixth of the memory of a run
+                kept = program.kept * lanes if program and cells.count <= MOST_KEPT else 0
                 dofs = [pointer(side_by_side(table, lanes)) for table in read]
                 sizes = [table.shape[1] for table in read]
                 found.append(

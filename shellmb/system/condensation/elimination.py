@@ -127,7 +127,7 @@ def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, 
         inverses.append(size)
         size += width**2
         blocks.append(block_size)
-        block_size += 2 * width**2
+        block_size += width**2
         seen = {
             "right": full[here].any(axis=0) & behind,
             "left": full[:, here].any(axis=1) & behind,
