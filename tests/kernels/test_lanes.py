@@ -194,12 +194,16 @@ def test_jacobian():
         _same(last[:-1], [exact[d] for d in other])
 
 
-def test_only_surfaces():
-    domain = mesh.create_interval(MPI.COMM_SELF, 4, (0.0, 1.0))
-    u = fem.Function(fem.functionspace(domain, ("Lagrange", 1)))
-    line, surface = u * ufl.dx(domain), _field(2) * ufl.dx
-    assert not _many(compile_all([line])[0])
-    assert _many(compile_all([surface])[0])
+def test_lines_and_single_cells():
+    # mechanisms: bodies and joints are cells of lines, a single one of which is evaluated alone
+    for cells, many in ((4, True), (1, False)):
+        domain = mesh.create_interval(MPI.COMM_SELF, cells, (0.0, 1.0))
+        u = fem.Function(fem.functionspace(domain, ("Lagrange", 1)))
+        (form,) = compile_all([u * ufl.dx(domain)])
+        assert _many(form)
+        geometry = MeshGeometry(domain)
+        geometry.places = [np.zeros(1, np.int32)]
+        assert FormLoop(geometry, [(form, (0,), -1)]).lanes == (LANES if many else 1)
 
 
 def test_side_by_side():

@@ -293,7 +293,7 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     for number, key in enumerate(order):
         one = ffi.addressof(lib, f"interpret_one_{number}")
         many = ffi.NULL
-        if LANES > 1 and key[0] == "cell" and ufl_domain.topological_dimension == 2:
+        if LANES > 1 and key[0] == "cell":
             many = ffi.addressof(lib, f"interpret_lanes_{number}")
         functions = {"tabulate_tensor_float64": one, "tabulate_tensor_float32": many}
         kernels.append(SimpleNamespace(**functions, program=programs[number]))

@@ -216,7 +216,7 @@ class FormLoop:
             for n in range(first, last):
                 entities = np.asarray(bare.domains(kind, n - first))
                 where = _entities(entities, cells.count, facets=kind == kinds[1])
-                function, lanes = self._function(ufcx.form_integrals[n])
+                function, lanes = self._function(ufcx.form_integrals[n], cells.count)
                 groups = -(-cells.count // lanes) if where[1] is None else len(where[1])
                 program = getattr(ufcx.form_integrals[n], "program", None)
                 read = program.of_each(tables) if program else tables
@@ -242,9 +242,9 @@ class FormLoop:
                 )
         return found
 
-    def _function(self, integral: Any) -> tuple[Any, int]:
-        """The function of an integral, and of how many cells it is: of several, if there is one."""
-        ffi, many = self.pointer.ffi, integral.tabulate_tensor_float32
+    def _function(self, integral: Any, cells: int) -> tuple[Any, int]:
+        """The function of an integral, and of how many cells it is: of several, if there are."""
+        ffi, many = self.pointer.ffi, cells > 1 and integral.tabulate_tensor_float32
         function = many or integral.tabulate_tensor_float64
         return ffi.cast("void *", int(ffi.cast("uintptr_t", function))), LANES if many else 1
 
