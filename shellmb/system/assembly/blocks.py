@@ -136,11 +136,10 @@ class BlockSystem:
         # are one program, with other shares, of which those that have these themselves are part;
         # others would be derived by what they do not follow
         own: dict[Any, tuple[int, Form]] = {}
-        seen = [form.coefficients() for _, form in alone]
-        every = [set().union(*(behind.get(f, ()) for f in some)) for some in seen]
+        every = [set().union(*(behind.get(f, ()) for f in q.coefficients())) for _, q in alone]
         of_row = {i: followed for (i, _), followed in zip(alone, every, strict=True) if followed}
         for k, ((i, form), followed) in enumerate(zip(alone, every, strict=True)):
-            there = {numbers[f] for f in seen[k] if f in numbers}
+            there = {numbers[f] for f in form.coefficients() if f in numbers}
             if there and not followed and there <= of_row.get(i, set()):
                 followed = of_row[i]
             key = (i, *sorted(followed)) if followed else k
