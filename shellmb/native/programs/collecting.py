@@ -41,13 +41,13 @@ class Collector:
         self._own: dict[int, int] = {}
         # numbers that all points have times what seldom changes: no dearer in a sum than the latter
         self._loose: set[int] = set()
-        order, _, self._uses = graph.ordered([roots], lambda node: False)
+        order, _, self._uses = graph.ordered([roots], graph.steady.__getitem__)
         for node in order:
             self._collect(node)
 
     def of(self, node: int) -> int:
         """Node that stands for one of the roots."""
-        return self._make(self._graph.actual(node))
+        return self._make(self._graph.actual[node])
 
     def given(self, node: int) -> bool:
         """Decide whether a node's values are to be kept from call to call."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import reduce
 from typing import Any, NamedTuple, Protocol
 
 
@@ -95,6 +96,7 @@ class Graph:
         values: Numbers, of nodes that are such.
         varies: Whether each node's value depends on the point or the cell.
         steady: Whether each node's value seldom changes.
+        actual: Nodes that variables are; others are themselves.
     """
 
     def __init__(self, static: Collection[int] = ()) -> None:
@@ -103,61 +105,60 @@ class Graph:
         self.values: dict[int, float] = {}
         self.varies: list[bool] = []
         self.steady: list[bool] = []
+        self.actual: list[int] = []
         self._static = static
         self._known: dict[tuple[Any, ...], int] = {}
         self.zero, self.one = self.number(0.0), self.number(1.0)
 
-    def _node(self, *node: Any, varies: bool | None = None, steady: bool = True) -> int:
+    def _node(self, *node: Any) -> int:
         found = self._known.get(node)
         if found is None:
-            found = self._known[node] = len(self.nodes)
-            self.nodes.append(node)
-            own: list[int] = []
-            if varies is None:
-                varies, steady = False, True
-                for k in node[1:]:
-                    varies = varies or self.varies[k]
-                    steady = steady and self.steady[k]
-                    own.append(self.actual(k))
-            self.operands.append(own)
-            self.varies.append(varies)
-            self.steady.append(steady)
+            own = [self.actual[k] for k in node[1:]]
+            varies = any(map(self.varies.__getitem__, own))
+            found = self._new(node, own, varies, all(map(self.steady.__getitem__, own)))
+        return found
+
+    def _leaf(self, *node: Any, varies: bool, steady: bool = True) -> int:
+        found = self._known.get(node)
+        return self._new(node, [], varies, steady) if found is None else found
+
+    def _new(self, node: tuple[Any, ...], own: list[int], varies: bool, steady: bool) -> int:
+        found = self._known[node] = len(self.nodes)
+        self.nodes.append(node)
+        self.operands.append(own)
+        self.varies.append(varies)
+        self.steady.append(steady)
+        self.actual.append(found)
         return found
 
     def operation(self, op: str, *args: int) -> int:
         """Any operation as it is; one where a comparison holds, zero elsewhere."""
         return self._node(op, *args)
 
-    def actual(self, node: int) -> int:
-        """Node that a variable is; others are themselves."""
-        while self.nodes[node][0] == "alias":
-            node = self.nodes[node][3]
-        return node
-
     def ordered(
         self, roots: Iterable[Iterable[int]], given: Callable[[int], bool]
     ) -> tuple[list[int], list[int], dict[int, int]]:
         """Nodes behind the operands of those not given, where groups end, and uses of each."""
-        order, ends, uses = list[int](), list[int](), dict[int, int]()
-        done: set[int] = set()
+        order, ends, operands = list[int](), list[int](), self.operands
+        # of all that were reached
+        uses: dict[int, int] = {}
         for group in roots:
-            for root in map(self.actual, group):
-                uses[root] = uses.get(root, 0) + 1
-                # below zero: a node whose operands are done
+            for root in map(self.actual.__getitem__, group):
                 stack = [root]
                 while stack:
                     node = stack.pop()
-                    if node >= 0 and node not in done and self.operands[node] and not given(node):
-                        stack.append(~node)
-                        stack += [a for a in reversed(self.operands[node]) if a not in done]
-                        continue
-                    own = self.operands[~node] if node < 0 else []
-                    node = max(node, ~node)
-                    if node not in done:
-                        done.add(node)
-                        order.append(node)
-                        for a in own:
-                            uses[a] = uses.get(a, 0) + 1
+                    # below zero: a node whose operands are done
+                    if node < 0:
+                        order.append(~node)
+                        for a in operands[~node]:
+                            uses[a] += 1
+                    elif node not in uses:
+                        uses[node] = 0
+                        if operands[node] and not given(node):
+                            stack += [~node, *operands[node][::-1]]
+                        else:
+                            order.append(node)
+                uses[root] += 1
             ends.append(len(order))
         return order, ends, uses
 
@@ -165,30 +166,32 @@ class Graph:
         """A number."""
         # zero has one sign
         value = float(value) + 0.0
-        found = self._node("number", value, varies=False)
+        found = self._leaf("number", value, varies=False)
         self.values[found] = value
         return found
 
     def constant(self, place: int) -> int:
         """A constant of the form, by its place among all of them."""
-        return self._node("constant", place, varies=False)
+        return self._leaf("constant", place, varies=False)
 
     def of_entity(self, place: int) -> int:
         """A number of the facet, by its place among those."""
-        return self._node("entity", place, varies=False)
+        return self._leaf("entity", place, varies=False)
 
     def input(self, item: Input) -> int:
         """The value of a function at a point."""
-        return self._node("input", item, varies=True, steady=item.source in self._static)
+        return self._leaf("input", item, varies=True, steady=item.source in self._static)
 
     def weight(self) -> int:
         """The weight of the point."""
-        return self._node("weight", varies=True)
+        return self._leaf("weight", varies=True)
 
     def alias(self, label: int, component: int, of: int) -> int:
         """A component of a variable."""
         varies, steady = self.varies[of], self.steady[of]
-        return self._node("alias", label, component, of, varies=varies, steady=steady)
+        found = self._leaf("alias", label, component, of, varies=varies, steady=steady)
+        self.actual[found] = self.actual[of]
+        return found
 
     def add(self, a: Scalar, b: Scalar) -> Scalar:
         """Sum."""
@@ -211,10 +214,9 @@ class Graph:
             return b
         if b == self.zero:
             return a
-        x, y = self.values.get(a), self.values.get(b)
-        if x is not None and y is not None:
-            return self.number(x + y)
-        return self._node("add", *sorted((a, b)))
+        if a in self.values and b in self.values:
+            return self.number(self.values[a] + self.values[b])
+        return self._node("add", a, b) if a <= b else self._node("add", b, a)
 
     def negative(self, a: Scalar) -> Scalar:
         """The opposite."""
@@ -261,19 +263,19 @@ class Graph:
             return b
         if b == self.one:
             return a
-        x, y = self.values.get(a), self.values.get(b)
-        if x is not None and y is not None:
-            return self.number(x * y)
-        if y is not None:
-            a, b, x, y = b, a, y, x
-        if x is not None:
+        values, varies = self.values, self.varies
+        if b in values:
+            a, b = b, a
+        if a in values:
+            if b in values:
+                return self.number(values[a] * values[b])
             op, *args = self.nodes[b]
-            if op == "mul" and (z := self.values.get(args[0])) is not None:
-                return self.times(self.number(x * z), args[1])
+            if op == "mul" and args[0] in values:
+                return self.times(self.number(values[a] * values[args[0]]), args[1])
             # numbers first
             return self._node("mul", a, b)
-        a, b = sorted((a, b))
-        if self.varies[a] and not self.varies[b]:
+        # what does not vary comes first
+        if varies[a] > varies[b] or (a > b and varies[a] == varies[b]):
             a, b = b, a
         return self._node("mul", a, b)
 
@@ -361,10 +363,7 @@ class Graph:
 
     def total(self, parts: Sequence[Scalar]) -> Scalar:
         """Sum of several."""
-        found: Scalar = self.zero
-        for part in parts:
-            found = self.add(found, part)
-        return found
+        return reduce(self.add, parts, self.zero)
 
     def derivative(
         self, value: Scalar, direction: Direction, of_key: Callable[[Input], Scalar] | None = None

@@ -109,10 +109,10 @@ class Translation:
         begin = 0
         for keys, end in zip(self._groups, self._ends, strict=True):
             for node in self._order[begin:end]:
-                op, *args = graph.nodes[node]
+                op = graph.nodes[node][0]
                 if op in LEAVES or node in self._register or sums.get(node) == []:
                     continue
-                args = [self._graph.actual(a) for a in args]
+                args = graph.operands[node]
                 if not graph.varies[node]:
                     x, y, z, *_ = [*(self._uniform[a] for a in args), 0, 0]
                     self._uniform[node] = self.uniforms
@@ -127,7 +127,7 @@ class Translation:
                     self._operate(node, op, args)
             begin, used = end, []
             for key in keys:
-                node = self._graph.actual(self._parts[key])
+                node = self._graph.actual[self._parts[key]]
                 if graph.varies[node]:
                     self.output[key] = self._register[node]
                 else:
@@ -137,7 +137,7 @@ class Translation:
             self.segments.append(len(self.code))
             self._free += used
             for key in keys:
-                self._done_with(self._graph.actual(self._parts[key]))
+                self._done_with(self._graph.actual[self._parts[key]])
 
     def _done_with(self, node: int) -> None:
         """Count a use of a node, whose register is free behind the last one."""

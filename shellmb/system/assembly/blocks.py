@@ -133,10 +133,15 @@ class BlockSystem:
             for f, row in zip(some.functions, some.weights, strict=True)
         }
         # of a row's forms that follow the same unknown functions the derivatives by all of these
-        # are one program, with other shares; others would be derived by what they do not follow
+        # are one program, with other shares, of which those that have these themselves are part;
+        # others would be derived by what they do not follow
         own: dict[Any, tuple[int, Form]] = {}
-        for k, (i, form) in enumerate(alone):
-            followed = set().union(*(behind.get(f, ()) for f in form.coefficients()))
+        every = [set().union(*(behind.get(f, ()) for f in q.coefficients())) for _, q in alone]
+        of_row = {i: followed for (i, _), followed in zip(alone, every, strict=True) if followed}
+        for k, ((i, form), followed) in enumerate(zip(alone, every, strict=True)):
+            there = {numbers[f] for f in form.coefficients() if f in numbers}
+            if there and not followed and there <= of_row.get(i, set()):
+                followed = of_row[i]
             key = (i, *sorted(followed)) if followed else k
             own[key] = (i, own[key][1] + form) if key in own else (i, form)
         derivatives = [((i, j), by) for i, form in own.values() for j, by in self.derivatives(form)]
