@@ -4,10 +4,12 @@ Each function gives the density of the virtual work at a configuration `u, w` (t
 sub-interval), in the direction `du, dw`.
 """
 
+from collections.abc import Sequence
+
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.frame import Vectors, spin, vectors
+from shellmb.forms.frame import spin
 from shellmb.forms.shell import Mass, momenta
 from shellmb.forms.surface import Surface, along
 
@@ -59,7 +61,7 @@ def director_moment(moment: Expr, d: Expr, dd: Expr) -> Expr:
     return ufl.dot(ufl.cross(moment, d), dd) / ufl.dot(d, d)
 
 
-def follower_frame_force(components: Expr, d: Vectors, du: Expr) -> Expr:
+def follower_frame_force(components: Expr, d: Sequence[Expr], du: Expr) -> Expr:
     """Force with constant components along the directors.
 
     Args:
@@ -70,7 +72,7 @@ def follower_frame_force(components: Expr, d: Vectors, du: Expr) -> Expr:
     return ufl.dot(components[0] * d[0] + components[1] * d[1] + components[2] * d[2], du)
 
 
-def frame_moment(moment: Expr, d: Vectors, dw: Expr) -> Expr:
+def frame_moment(moment: Expr, d: Sequence[Expr], dd: Sequence[Expr]) -> Expr:
     """Moment of constant direction on a frame: the work on the spin of the directors.
 
     `dd_k = r x d_k` gives `m . r` also where the directors are not orthonormal (at a mid-point, in
@@ -79,19 +81,19 @@ def frame_moment(moment: Expr, d: Vectors, dw: Expr) -> Expr:
     Args:
         moment: N m/m on a beam, N m at a node, shape (3,).
         d: Directors at the mid-point.
-        dw: Their variations, shape (9,).
+        dd: Their variations.
     """
     volume = ufl.dot(d[0], ufl.cross(d[1], d[2]))
     components = ufl.as_vector([ufl.dot(moment, dk) / volume for dk in d])
-    return follower_frame_moment(components, d, dw)
+    return follower_frame_moment(components, d, dd)
 
 
-def follower_frame_moment(components: Expr, d: Vectors, dw: Expr) -> Expr:
+def follower_frame_moment(components: Expr, d: Sequence[Expr], dd: Sequence[Expr]) -> Expr:
     """Moment with constant components along the directors, as the moments inside a beam are.
 
     Args:
         components: N m/m on a beam, N m at a node, shape (3,).
         d: Directors at the mid-point.
-        dw: Their variations, shape (9,).
+        dd: Their variations.
     """
-    return ufl.dot(components, ufl.as_vector(spin(d, vectors(dw))))
+    return ufl.dot(components, ufl.as_vector(spin(d, dd)))

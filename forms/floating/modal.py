@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.frame import ACROSS, Vectors
+from shellmb.forms.frame import ACROSS, Vectors, vectors
 from shellmb.forms.loads import follower_frame_force, follower_frame_moment
 
 Three = tuple[Expr, Expr, Expr]
@@ -111,7 +111,7 @@ def frame_work(P: Sequence[Expr], T: Sequence[Expr], d: Vectors, du: Expr, dw: E
         dw: Variations of the directors, shape (9,).
     """
     force = follower_frame_force(ufl.as_vector(P), d, du)
-    return force + follower_frame_moment(ufl.as_vector(T), d, dw)
+    return force + follower_frame_moment(ufl.as_vector(T), d, vectors(dw))
 
 
 def coupled_momentum(m: Expr, c: Three, z: Expr, w: Vectors) -> tuple[Expr, Vectors]:

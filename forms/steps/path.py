@@ -52,7 +52,7 @@ symbol        name                                                              
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import ufl
 from ufl.classes import Abs, Condition, MaxValue, MinValue
@@ -134,18 +134,8 @@ class Rows(NamedTuple):
     moving: int = 4
 
 
-class Numbers(Protocol):
-    """A slope as numbers, `c lin(dq) + quad(y, dq)`, with weights of the states x, D, z, y."""
-
-    @property
-    def c(self) -> float:
-        """Share of the reference configuration."""
-        ...
-
-    @property
-    def weights(self) -> Any:
-        """Weights of the states, shape (4,)."""
-        ...
+# a slope as numbers, `c lin(dq) + quad(y, dq)`: `c` and the weights of the states x, D, z, y
+Numbers = Any
 
 
 class Holding(NamedTuple):
@@ -247,11 +237,11 @@ class Path(NamedTuple):
 
     def slope(self, measure: Measure, numbers: Numbers, dq: Expr) -> Expr:
         """Virtual change of a measure that its multiplier acts on."""
-        c = float(numbers.c) or 1.0
-        parts = zip(numbers.weights, self.states, strict=True)
-        found = [q if w == c else float(w / c) * q for w, q in parts if w != 0]
+        share, *weights = map(float, numbers)
+        c, parts = share or 1.0, zip(weights, self.states, strict=True)
+        found = [q if w == c else w / c * q for w, q in parts if w != 0]
         state = sum(found[1:], found[0])
-        if numbers.c == 0:
+        if share == 0:
             return measure.quad(state, dq)
         slope = measure.change(state, dq)
         return slope if c == 1 else c * slope

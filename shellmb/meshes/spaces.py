@@ -17,7 +17,7 @@ import ufl
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Int32s
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.meshes.shared import collapsed, space_on
 from shellmb.meshes.tying import shell_forces
 
@@ -63,6 +63,11 @@ class MixedSpace:
         """Dofs of a part that this rank owns."""
         dofs = self.dofs[part]
         return dofs[dofs < self.space.dofmap.index_map.size_local]
+
+    def numbers(self, dofs: Int32s) -> Ints:
+        """Global numbers of local dofs, in the shape of these."""
+        numbers = self.space.dofmap.index_map.local_to_global(dofs.ravel())
+        return np.asarray(numbers.reshape(dofs.shape))
 
     def nodal(self, part: str) -> Int32s:
         """Dofs of a part on the nodes of displacements, shape (n, size), size 0 without any."""

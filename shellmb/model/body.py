@@ -55,6 +55,18 @@ class PrescribedTurn:
     unknown: bool
 
 
+def slope_from(motion: Callable[[float], Values], t: float, h: float) -> Values:
+    """Derivative at one end of an interval beyond which a motion need not be defined, order 4.
+
+    Args:
+        motion: The motion.
+        t: The end.
+        h: Step of the differences into the interval; less than 0 where it lies before.
+    """
+    weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
+    return np.asarray(np.dot(weights, [motion(t + k * h) for k in range(5)]))
+
+
 @dataclass(frozen=True)
 class FixedDofs:
     """Dofs whose values are given, perhaps as functions of time.
@@ -80,9 +92,7 @@ class FixedDofs:
         """
         if not self.moving:
             return np.zeros(len(self.dofs))
-        # one-sided, of fourth order: the motion need not be defined before the start
-        weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
-        return np.asarray(np.dot(weights, [self.value(t + k * h) for k in range(5)]))
+        return slope_from(self.value, t, h)
 
 
 @dataclass(frozen=True)

@@ -225,8 +225,8 @@ class NodeGroup(Body):
 
 def numbers_of(nodes: NodeMesh, mixed: MixedSpace, part: str) -> Ints:
     """Global dofs of a part of a space on a node mesh; as of `NodeGroup.numbers`."""
-    own = mixed.space.dofmap.index_map.local_to_global(mixed.dofs[part])
-    return gathered(nodes, own.reshape(-1, mixed.parts[part][1]))
+    own = mixed.dofs[part].reshape(-1, mixed.parts[part][1])
+    return gathered(nodes, mixed.numbers(own))
 
 
 def gathered[T: (Floats, Ints)](nodes: NodeMesh, local: T) -> T:

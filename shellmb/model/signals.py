@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from shellmb.scene import Scene
 from shellmb.scene.control.signals import Acceleration, Commanded, Input, Off, Signal, Switched
 from shellmb.scene.lookup import said
+from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.user_functions import numbers_at
 
-TimeFunction = Callable[[float], float]
 # name of a controller, and of its output
 Key = tuple[str, str]
 # what messages call a function of which nothing is known

@@ -32,11 +32,10 @@ def aliases(bodies: list[Body], comm: MPI.Comm) -> dict[Dof, Dof]:
     """
     alias: dict[Dof, Dof] = {}
     for body in bodies:
-        index_map = body.mixed.space.dofmap.index_map
         local = [
             ((body.name, int(g)), (link.body, int(target)))
             for link in body.links
-            for g, target in zip(index_map.local_to_global(link.dofs), link.targets, strict=True)
+            for g, target in zip(body.mixed.numbers(link.dofs), link.targets, strict=True)
         ]
         for pair in itertools.chain(*comm.allgather(local)):
             here, there = (linked_to(alias, dof) for dof in pair)

@@ -8,21 +8,20 @@ of a step and the unknown functions of its stages. A new scheme is one class wit
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Step
-from shellmb.model.body import Body, Rates
+from shellmb.model.body import Rates, slope_from
 from shellmb.schemes.interval import at_state as at_state
 from shellmb.schemes.interval import interval as interval
+from shellmb.schemes.notation import PathPage
 from shellmb.schemes.pieces import Pieces
 
 Values = npt.NDArray[np.float64]
@@ -200,58 +199,6 @@ class LocalError:
         return float(self.factor * angle**self.order)
 
 
-class Resulting(Protocol):
-    """A body that has resultants."""
-
-    def mean_resultants(self, step: Step) -> Expr:
-        """Means over a step that is quadratic in time."""
-        ...
-
-    def averaged_resultants(self, span: Interval) -> Expr:
-        """Resultants of the averaged stress of a sub-interval."""
-        ...
-
-
-class StepForms(Protocol):
-    """Residuals of a body in a step, and what is read of a step that was solved."""
-
-    @property
-    def stages(self) -> dict[str, Any]:
-        """Residuals by the names of their stages (`residuals.residual.StageForms`)."""
-        ...
-
-    def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
-    ) -> dict[str, Values]:
-        """Rates at the end of the step; as of `Scheme.advance`."""
-        ...
-
-    def middle(self) -> Values:
-        """Positions of the forces that balance the momentum of the step, as a local array."""
-        ...
-
-    def ends(self) -> tuple[Values, Values]:
-        """States at the start and the end of the step, local arrays; a single one is both."""
-        ...
-
-    def mean_state(self) -> Expr:
-        """State of which mean forces over the step are."""
-        ...
-
-    def mean_resultants(self, body: Resulting) -> Expr:
-        """Means of a shell's or beam's resultants over the step."""
-        ...
-
-    def dissipated(self) -> list[Form]:
-        """Energy that the step dissipates over alpha, as far as its states tell."""
-        ...
-
-
 class Scheme:
     """A time scheme. Defaults are those of schemes whose only unknown state is that at the end.
 
@@ -314,6 +261,11 @@ class Scheme:
         return None
 
     @property
+    def page(self) -> PathPage | None:
+        """The page of a scheme that is quadratic in time; None: steps are made of the stages."""
+        return None
+
+    @property
     def rotations(self) -> Rotations:
         """Accuracy for rotating bodies: that of linear paths."""
         return LINEAR_PATH
@@ -322,16 +274,6 @@ class Scheme:
     def local_error(self) -> LocalError:
         """Error of one step: that of the mid-point rule, if nothing else is known."""
         return LocalError(3, 1 / 12) if getattr(self, "order", 2) > 1 else LocalError(2, 1 / 2)
-
-    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
-        """Residuals of one body in a step.
-
-        Args:
-            body: The body.
-            levels: Its functions.
-            dt: Length of the step.
-        """
-        raise NotImplementedError
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Stages in terms of the functions of one body."""
@@ -406,9 +348,7 @@ def end_velocity(motion: Motion, t: float, dt: float) -> Values:
 
     A one-sided difference of fourth order: the motion need not be defined beyond the end.
     """
-    h = 1e-3 * dt
-    samples = [motion(t + dt - k * h) for k in range(5)]
-    return np.asarray(np.dot(np.array([25, -48, 36, -16, 3]) / (12 * h), np.array(samples)))
+    return slope_from(motion, t + dt, -1e-3 * dt)
 
 
 # second derivative at the first of six points, which is the end of the step

@@ -13,12 +13,11 @@ and the rows are, with the stress (22) in f and with the jump (32) by alpha in j
 the latter being eq. (29) plus three times eq. (30). The energy falls by `alpha c^2`, (33), (34).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from dolfinx import fem
-from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.held import VelocityJump
 from shellmb.forms.steps.discrete import mean
@@ -30,12 +29,12 @@ from shellmb.schemes.base import (
     LocalError,
     Motion,
     Rotations,
+    Scheme,
     Stage,
     Tangent,
     Values,
     end_velocity,
 )
-from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.interval import interval
 from shellmb.schemes.pieces import START, Pieces, intervals
 
@@ -44,7 +43,7 @@ LOCAL_ERROR = LocalError(3, 1 / 48)
 
 
 @dataclass(frozen=True)
-class EnergyDecaying(Defaults):
+class EnergyDecaying(Scheme):
     """Two coupled sub-steps with a jump at the start of the step, eqs. (28)-(32).
 
     The energy decays by `alpha c^2` in every step, eq. (33); the spectral radius at infinite
@@ -87,13 +86,17 @@ class EnergyDecaying(Defaults):
         # (`tests/hard/test_spins.py`); without dissipation it is less, and forces are as wrong
         return Rotations(0.75, stiff_loss=1 / (1 + self.alpha) if self.alpha > 0 else 0.5)
 
-    def _differences_of(self, levels: Levels, dt: fem.Constant) -> tuple[Expr, Expr, Expr]:
-        """Left-hand sides of eq. (31), `a + b` and `a - alpha b`, and `1 + alpha`."""
-        q, v = levels.q, levels.rates["v"]
-        qj, qf = levels.unknown["j"], levels.unknown["f"]
-        both = 2 * (qf - q) / dt - 2 * v
-        skew = -6 * (qj - q) / dt
-        return both, skew, 1 + self._factor(levels)
+    @staticmethod
+    def _changes(
+        q: Any, v: Any, unknown: Mapping[str, Any], dt: Any, alpha: Any, tangent: Callable[..., Any]
+    ) -> tuple[Any, Any]:
+        """Changes of velocities `a` and `b` by eq. (31), of expressions or of numbers."""
+        both = 2 * (unknown["f"] - q) / dt - 2 * v
+        if "b" in unknown:
+            return both - unknown["b"], unknown["b"]
+        free = (both + 6 * (unknown["j"] - q) / dt) / (1 + alpha)
+        b = tangent(free, (q + unknown["j"]) / 2)
+        return both - b, b
 
     def _factor(self, levels: Levels) -> fem.Constant:
         """Alpha as a Constant, so that another alpha is no other form."""
@@ -104,13 +107,7 @@ class EnergyDecaying(Defaults):
         q, v = levels.q, levels.rates["v"]
         qj, qf = levels.unknown["j"], levels.unknown["f"]
         alpha = self._factor(levels)
-        both, skew, weight = self._differences_of(levels, dt)
-        b: Expr = (
-            levels.unknown["b"]
-            if "b" in levels.unknown
-            else levels.tangent((both - skew) / weight, mean(q, qj))
-        )
-        a = both - b
+        a, b = self._changes(q, v, levels.unknown, dt, alpha, levels.tangent)
         # the velocity at j with the average of eq. (32), as loads and stresses are taken
         v_j = v + b / 2 + alpha * b / 2
         whole = {"chord": (qf - q) / dt, "middle": mean(q, qf)}
@@ -128,11 +125,11 @@ class EnergyDecaying(Defaults):
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
         """Eq. (31) solved for the jump of velocities, as far as constraints allow."""
-        both, skew, weight = self._differences_of(levels, dt)
-        q, qj, b = levels.q, levels.unknown["j"], levels.unknown["b"]
-        a = both - b
-        step = VelocityJump(q, qj, levels.unknown["f"], b, a, levels.rates["v"] + a, dt)
-        return JumpStage(weight * b - (both - skew), b, mean(q, qj), step)
+        q, qj, v = levels.q, levels.unknown["j"], levels.rates["v"]
+        alpha = self._factor(levels)
+        a, b = self._changes(q, v, levels.unknown, dt, alpha, levels.tangent)
+        step = VelocityJump(q, qj, levels.unknown["f"], b, a, v + a, dt)
+        return JumpStage(alpha * b - a - 6 * (qj - q) / dt, b, mean(q, qj), step)
 
     def load_weight(self, stage: str, tau: float) -> float:
         """Row f: the mean; row j: with the first moment that eq. (30) stands for."""
@@ -162,12 +159,7 @@ class EnergyDecaying(Defaults):
     ) -> dict[str, Values]:
         """Velocity at the end, `v + a` with `a` of eq. (31)."""
         v = rates["v"]
-        both = 2 * (unknown["f"] - q) / dt - 2 * v
-        if "b" in unknown:
-            return {"v": v + (both - unknown["b"])}
-        skew = -6 * (unknown["j"] - q) / dt
-        b = tangent((both - skew) / (1 + self.alpha), (q + unknown["j"]) / 2)
-        return {"v": v + (both - b)}
+        return {"v": v + self._changes(q, v, unknown, dt, self.alpha, tangent)[0]}
 
     def moved(
         self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import END, Levels, Stage, Tangent, Values
-from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.base import END, Levels, Scheme, Stage, Tangent, Values
 from shellmb.schemes.interval import interval
 from shellmb.schemes.pieces import START, Pieces, intervals
 
 
 @dataclass(frozen=True)
-class EnergyPreserving(Defaults):
+class EnergyPreserving(Scheme):
     """Mid-point forces with averaged stresses, eqs. (23), (26), (27); second order.
 
     Energy and both momenta are conserved whatever the step.

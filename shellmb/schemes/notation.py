@@ -7,92 +7,31 @@ are quadratic, `e(q) = lin(q) + quad(q, q)/2`. On a page stand
     De(a)                         what a stress acts on, `lin(dq) + quad(a, dq)`
     H(a)                          its part that turns, `quad(a, dq)`
 
-They are numbers: weights of `lin` and `quad` of the four states, with which a few templates are
-compiled for all schemes (`residuals.rows`).
+They are arrays of numbers, added and multiplied as such, with which the same forms are taken for
+all schemes (`residuals.rows`). A strain over a step, `sum_a l_a lin(s_a) + sum_ab w_ab quad(s_a,
+s_b)`, has the weights `l` of the states x, D, z, y, then those `w` of their pairs as in `PAIRS`;
+what a stress acts on, `c lin(dq) + quad(sum_a w_a s_a, dq)`, has `c`, then the weights.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.forms.steps.path import PAIRS, Numbers, Path, PathRow
+from shellmb.forms.steps.path import PAIRS, Path, PathRow
 
 x, D, z, y = np.eye(4)
 
 
-@dataclass(frozen=True, eq=False)
-class SlopeWeights:
-    """Virtual strain of a stress, `c lin(dq) + quad(y, dq)` at a combination `y` of the states.
-
-    Args:
-        c: Share of the reference configuration.
-        weights: Weights of the states x, D, z, y, shape (4,).
-    """
-
-    c: float
-    weights: Floats
-
-    def __add__(self, other: SlopeWeights) -> SlopeWeights:
-        return SlopeWeights(self.c + other.c, self.weights + other.weights)
-
-    def __mul__(self, factor: float) -> SlopeWeights:
-        return SlopeWeights(factor * self.c, factor * self.weights)
-
-    def __truediv__(self, divisor: float) -> SlopeWeights:
-        return self * (1 / divisor)
-
-    __rmul__ = __mul__
-
-
-@dataclass(frozen=True, eq=False)
-class MomentWeights:
-    """A strain over a step, `sum_a l_a lin(s_a) + sum_ab w_ab quad(s_a, s_b)`.
-
-    Args:
-        linear: Weights `l` of the states x, D, z, y, shape (4,).
-        products: Weights `w` of their pairs, in the order of `PAIRS`.
-    """
-
-    linear: Floats
-    products: Floats
-
-    def __add__(self, other: MomentWeights) -> MomentWeights:
-        return MomentWeights(self.linear + other.linear, self.products + other.products)
-
-    def __sub__(self, other: MomentWeights) -> MomentWeights:
-        return self + -1 * other
-
-    def __mul__(self, factor: float) -> MomentWeights:
-        return MomentWeights(factor * self.linear, factor * self.products)
-
-    def __truediv__(self, divisor: float) -> MomentWeights:
-        return self * (1 / divisor)
-
-    __rmul__ = __mul__
-
-    def __abs__(self) -> MomentWeights:
-        return MomentWeights(np.abs(self.linear), np.abs(self.products))
-
-    def by(self, state: Floats) -> SlopeWeights:
-        """Derivative by a state of which the states x, D, z, y have the given shares."""
-        out = np.zeros(4)
-        for (a, b), w in zip(PAIRS, self.products, strict=True):
-            out[b] += w * state[a]
-            out[a] += w * state[b]
-        return SlopeWeights(float(self.linear @ state), out)
-
-
-def lin(a: Floats) -> MomentWeights:
+def lin(a: Floats) -> Floats:
     """Linear part of a measure at a combination of the states."""
-    return MomentWeights(a, np.zeros(len(PAIRS)))
+    return np.append(a, np.zeros(len(PAIRS)))
 
 
-def quad(a: Floats, b: Floats) -> MomentWeights:
+def quad(a: Floats, b: Floats) -> Floats:
     """Bilinear part of a measure at two combinations of the states.
 
     Raises:
@@ -105,22 +44,22 @@ def quad(a: Floats, b: Floats) -> MomentWeights:
         rest[i, j] -= product
     if np.any(rest):
         raise ValueError("products of the mean velocity with other states than the chord have none")
-    return MomentWeights(np.zeros(4), np.array(found))
+    return np.append(np.zeros(4), found)
 
 
-def e(a: Floats) -> MomentWeights:
+def e(a: Floats) -> Floats:
     """A measure at a combination of the states."""
     return lin(a) + quad(a, a) / 2
 
 
-def De(a: Floats) -> SlopeWeights:
+def De(a: Floats) -> Floats:
     """Derivative of a measure at a combination of the states."""
-    return SlopeWeights(1.0, a)
+    return np.append(1.0, a)
 
 
-def H(a: Floats) -> SlopeWeights:
+def H(a: Floats) -> Floats:
     """Second derivative of a measure along a combination of the states."""
-    return SlopeWeights(0.0, a)
+    return np.append(0.0, a)
 
 
 class Acting(NamedTuple):
@@ -131,8 +70,8 @@ class Acting(NamedTuple):
         on: What the stress acts on.
     """
 
-    strain: MomentWeights
-    on: SlopeWeights
+    strain: Floats
+    on: Floats
 
 
 class PathPage(NamedTuple):
@@ -146,8 +85,8 @@ class PathPage(NamedTuple):
     """
 
     path_of: Callable[[Any, Any, Any, Any, Any], Path]
-    strains: Callable[[float], tuple[MomentWeights, MomentWeights]]
-    bow: MomentWeights
+    strains: Callable[[float], tuple[Floats, Floats]]
+    bow: Floats
     rows: tuple[PathRow, PathRow]
 
     def states(self, alpha: float) -> Floats:
@@ -156,6 +95,6 @@ class PathPage(NamedTuple):
         return np.array(self.path_of(q_i, q_f, hv_i, hv_f, alpha).states)
 
     @property
-    def slopes(self) -> tuple[tuple[Numbers, Numbers], ...]:
+    def slopes(self) -> tuple[tuple[Floats, Floats], ...]:
         """Virtual strains of each stress, row by row."""
         return tuple(zip(*(row.stresses for row in self.rows), strict=True))

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.forms.steps.path import Holding, Path, PathRow
-from shellmb.model.body import Body
 from shellmb.schemes.base import (
     END,
     Levels,
@@ -22,13 +22,11 @@ from shellmb.schemes.base import (
     Rotations,
     Scheme,
     Stage,
-    StepForms,
     Values,
     end_velocity,
 )
-from shellmb.schemes.notation import D, De, H, MomentWeights, PathPage, lin, quad, x, y, z
+from shellmb.schemes.notation import D, De, H, PathPage, lin, quad, x, y, z
 from shellmb.schemes.pieces import START, START_RATE, Pieces, halves
-from shellmb.schemes.residuals.pathforms import PathForms
 
 # unknown velocities at the end, times the step
 RATE = "v"
@@ -56,7 +54,7 @@ CHANGE = lin(D) + quad(x + z, D)
 BOW = 2 * lin(z) + 2 * quad(x + z, z) + quad(D, y) / 3
 
 
-def strains(alpha: float) -> tuple[MomentWeights, MomentWeights]:
+def strains(alpha: float) -> tuple[Floats, Floats]:
     """Strains of which `S_0` and `S_1` are the stresses, eq. (Q3)."""
     return MEAN, (CHANGE + alpha * BOW) / 2
 
@@ -148,10 +146,6 @@ class QuadraticInTime(Scheme):
     def page(self) -> PathPage:
         """The equations as numbers."""
         return PathPage(path_of, strains, BOW, (P0, P1))
-
-    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
-        """Residuals of one body in the rows P0 and P1."""
-        return PathForms(body, self, levels, dt)
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Rows are no sub-intervals here: see `forms`."""

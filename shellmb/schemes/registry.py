@@ -7,7 +7,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
 from shellmb.scene.schemes import Scheme as Named
 from shellmb.schemes.base import END, Scheme
-from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
@@ -45,7 +44,7 @@ def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
 
 
 def completed(scheme: Named) -> Scheme:
-    """A scheme with the members of `Defaults` that it does not have.
+    """A scheme with the defaults of `Scheme` that it does not have.
 
     Args:
         scheme: The scheme, of a class that may be a user's.
@@ -54,8 +53,8 @@ def completed(scheme: Named) -> Scheme:
         SceneError: If it has states in between and not what they need.
     """
     kind, whole = type(scheme), cast(Any, scheme)
-    if not issubclass(kind, Scheme) or kind.forms is Scheme.forms:
-        whole = object.__new__(type(kind.__name__, (kind, Defaults), {}))
+    if not issubclass(kind, Scheme):
+        whole = object.__new__(type(kind.__name__, (kind, Scheme), {}))
         whole.__dict__.update(vars(scheme))
     missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]
     if missing and (*whole.stages,) != (END,):

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import END, Levels, Stage, Tangent, Values
-from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.base import END, Levels, Scheme, Stage, Tangent, Values
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.pieces import Pieces, single
 
 
 @dataclass(frozen=True)
-class Static(Defaults):
+class Static(Scheme):
     """Static equilibrium at the end of each load step."""
 
     name: str = "static"

@@ -26,8 +26,9 @@ from shellmb.preprocessing.bodyfields import (
     resultant_dofs,
     without_impulse,
 )
-from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
+from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme
 from shellmb.schemes.linearised import at_reference
+from shellmb.schemes.residuals.pathforms import StepForms, step_forms
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Pairs, Predictor
@@ -190,7 +191,7 @@ class Problem:
         self._dt_values.append(np.asarray(dt.value))
         self._time_values.append(np.asarray(time.value))
         self.levels[body.name] = levels
-        self.steps[body.name] = made = self.scheme.forms(body, levels, dt)
+        self.steps[body.name] = made = step_forms(body, self.scheme, levels, dt)
         self.forms[body.name] = made.stages
 
     def _field(self, body: Body, stage: str) -> Field:

@@ -84,7 +84,7 @@ def test_the_page_closes_the_account_of_a_spring(alpha: float) -> None:
     path = page.path_of(q[0], q[2], q[1], q[3], alpha)
     forces = [
         sum(
-            s * (slope.c * L + Q @ (slope.weights @ states))
+            s * (slope[0] * L + Q @ (slope[1:] @ states))
             for s, slope in zip(S, r.stresses, strict=True)
         )
         for r in page.rows
@@ -97,5 +97,5 @@ def test_the_page_closes_the_account_of_a_spring(alpha: float) -> None:
 
 def moment(m: Any, states: np.ndarray, L: np.ndarray, Q: np.ndarray) -> float:
     """Value of a moment of a measure `L q + q.Q q/2`."""
-    pairs = zip(PAIRS, m.products, strict=True)
-    return float(m.linear @ states @ L + sum(w * states[a] @ Q @ states[b] for (a, b), w in pairs))
+    pairs = zip(PAIRS, m[4:], strict=True)
+    return float(m[:4] @ states @ L + sum(w * states[a] @ Q @ states[b] for (a, b), w in pairs))

@@ -116,12 +116,11 @@ def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: 
     nodes = _displacement_nodes(space, facets)
     corners = mesh.geometry.x[ends].reshape(len(facets), order + 1 if len(facets) else 2, 3)
     x = space.tabulate_dof_coordinates()[nodes].reshape(*nodes.shape, 3)
-    index_map = mixed.space.dofmap.index_map
     dofs: dict[str, Ints] = {}
     for part in NODAL:
         size = mixed.parts[part][1]
         local = mixed.dofs[part].reshape(-1, size)[nodes]
-        dofs[part] = index_map.local_to_global(local.ravel()).reshape(local.shape)
+        dofs[part] = mixed.numbers(local)
     # nodes in between by their place along the edge: it is monotone on any sensible element
     first, last = corners[:, :1], corners[:, 1:2]
     chord = last - first

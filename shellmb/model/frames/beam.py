@@ -22,7 +22,7 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.floating import beam as floating
 from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.frame import FrameMass, momenta
+from shellmb.forms.frame import FrameMass, momenta, vectors
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
@@ -364,7 +364,7 @@ class BeamModel(FrameBody):
                 components = constant(load.components)
                 return load_forms.follower_frame_force(components, d, du) * rules.full
             case LineMoment():
-                return load_forms.frame_moment(constant(load.moment), d, dw) * rules.nodes
+                return load_forms.frame_moment(constant(load.moment), d, vectors(dw)) * rules.nodes
             case Gravity():
                 moved, _ = momenta(du, dw, self.weight)
                 return load_forms.dead_force(constant(load.acceleration), moved) * rules.nodes

@@ -17,8 +17,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -180,7 +178,7 @@ def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:
     for part, size in EVERYWHERE.items():
         # those of the first cell of the first rank that has one
         first = mixed.dofs[part].reshape(-1, size)[mixed.subspaces[part].dofmap.list[:1, 0]]
-        mine = mixed.space.dofmap.index_map.local_to_global(first.ravel()).tolist()
+        mine = mixed.numbers(first.ravel()).tolist()
         targets = next(found for found in mixed.space.mesh.comm.allgather(mine) if found)
         links.append(same_everywhere(mixed, part, name, targets))
     return links

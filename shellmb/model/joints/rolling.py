@@ -15,12 +15,10 @@ from shellmb.errors import SceneError
 from shellmb.forms.constraints import nonholonomic
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.constraints.nonholonomic import Own, both
-from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.locations.ends import End, change_of, frame_about
+from shellmb.model.joints.joints import BoundJoint, FindEnd, JointGroup
+from shellmb.model.locations.ends import change_of, frame_about
 from shellmb.model.massless import Scale, gathered
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
-
-FindEnd = Callable[[str, Any, str], End]
 
 # slip at the start of what was to roll, as a part of the speeds that it is the difference of
 SLIPPING = 1e-6

@@ -170,16 +170,10 @@ def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:
     local = local_nodes(body, where, who)
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
     local = local[local < owned]
-    index_map = body.mixed.space.dofmap.index_map
     parts = [p for p in ("u", "w", "lam") if p in body.mixed.parts]
     record = (
         body.mixed.nodes("u")[local],
-        {
-            p: index_map.local_to_global(body.mixed.nodal(p)[local].ravel()).reshape(
-                len(local), body.mixed.parts[p][1]
-            )
-            for p in parts
-        },
+        {p: body.mixed.numbers(body.mixed.nodal(p)[local]) for p in parts},
         body.node_directors()[local],
     )
     gathered = body.domain.mesh.comm.allgather(record)
@@ -200,8 +194,7 @@ def values_at(body: Meshed, numbers: Ints, *values: Floats) -> list[Floats]:
         values: Each of them at the nodes of this rank, shape (nodes, ...).
     """
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
-    first = body.mixed.nodal("u")[:owned, 0]
-    own = body.mixed.space.dofmap.index_map.local_to_global(first)
+    own = body.mixed.numbers(body.mixed.nodal("u")[:owned, 0])
     parts = body.domain.mesh.comm.allgather((own, *(each[:owned] for each in values)))
     every, *found = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.argsort(every)

@@ -131,7 +131,7 @@ def _pairs(body: MeshedBody, numbers: Ints) -> Ints:
     space, order = body.mixed.subspaces["u"], np.argsort(numbers)
     X, domain = body.mixed.nodes("u"), body.domain.mesh
     first = body.mixed.nodal("u")[: len(X), 0]
-    own = body.mixed.space.dofmap.index_map.local_to_global(first)
+    own = body.mixed.numbers(first)
     place = np.minimum(np.searchsorted(numbers[order], own), len(order) - 1)
     item = np.where(numbers[order][place] == own, order[place], -1)
     cells = space.dofmap.list[: domain.topology.index_map(domain.topology.dim).size_local]

@@ -203,10 +203,9 @@ def _free(
         nothing moves, shape (n, 10).
     """
     some = np.flatnonzero(np.linalg.norm(lids, axis=1) > least).astype(np.int32)
-    index_map = shell.mixed.space.dofmap.index_map
     left, pinned = lids[some], np.zeros(len(some), dtype=bool)
     for k, dofs in enumerate(shell.mixed.nodal("u")[some]):
-        held, _ = prescribed.held(shell.name, index_map.local_to_global(dofs))
+        held, _ = prescribed.held(shell.name, shell.mixed.numbers(dofs))
         left[k] -= held.T @ (held @ left[k])
         pinned[k] = len(held) == len(dofs)
     return np.hstack([X[some], left, lids[some], pinned[:, None]])
@@ -419,8 +418,7 @@ def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
     order[mine.ravel()] = theirs.ravel()
     rows = mixed.dofs["u"].reshape(-1, 3)[: len(order)]
     targets = shell.mixed.dofs["u"].reshape(-1, 3)[order]
-    index_map = shell.mixed.space.dofmap.index_map
-    return NodeLink(rows.ravel(), shell.name, index_map.local_to_global(targets.ravel()))
+    return NodeLink(rows.ravel(), shell.name, shell.mixed.numbers(targets.ravel()))
 
 
 def enclosed_volumes(

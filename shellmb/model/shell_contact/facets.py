@@ -78,7 +78,7 @@ def facets_of(shell: Meshed, first: Ints) -> Facets:
         small = [[number[p] for p in some] for some in found if all(p in number for p in some)]
         parts = ONE
     order, local = np.argsort(first), np.arange(len(shell.mixed.nodes("u")), dtype=np.int32)
-    own = shell.mixed.space.dofmap.index_map.local_to_global(shell.mixed.nodal("u")[local][:, 0])
+    own = shell.mixed.numbers(shell.mixed.nodal("u")[local][:, 0])
     node = order[np.searchsorted(first[order], own)]
     mine = node[table][:, np.array(small)].reshape(-1, len(small[0]))
     cells = np.concatenate(domain.comm.allgather(mine))

@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 from ufl.core.expr import Expr
 
@@ -181,8 +179,7 @@ class Glued:
     def beam_dofs(self) -> Ints:
         """Global dofs of the beam's directors in the order of the line, shape (n, 9)."""
         numbers, rows = self.numbers, self.rows("w")
-        index_map = self.beam.mixed.space.dofmap.index_map
-        pairs = (numbers, index_map.local_to_global(rows.ravel()).reshape(rows.shape))
+        pairs = (numbers, self.beam.mixed.numbers(rows))
         found = np.zeros((len(self.line.x), 9), dtype=np.int64)
         for where, dofs in self.beam.domain.mesh.comm.allgather(pairs):
             found[where] = dofs
@@ -190,10 +187,9 @@ class Glued:
 
     def held(self) -> Bools:
         """At which nodes of the line supports hold the shell's director still, shape (n,)."""
-        index_map = self.shell.mixed.space.dofmap.index_map
         still = [f.dofs for f in self.shell.fixed if not f.moving]
         local = np.concatenate([*still, np.zeros(0, dtype=np.int32)]).astype(np.int32)
-        gathered = self.shell.domain.mesh.comm.allgather(index_map.local_to_global(local))
+        gathered = self.shell.domain.mesh.comm.allgather(self.shell.mixed.numbers(local))
         return np.asarray(np.isin(self.line.dofs["w"], np.concatenate(gathered)).all(axis=1))
 
     def driven(self, support: Driven) -> Bools:

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from mpi4py import MPI
 
 import numpy as np
-import ufl
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
@@ -13,6 +12,7 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.forms.loads import (
     dead_force,
     director_moment,
+    follower_frame_force,
     follower_frame_moment,
     frame_moment,
 )
@@ -28,40 +28,30 @@ DRILLING = 1e-6
 PointLoad = PointForce | PointMoment | FollowerForce | FollowerMoment
 
 
-def _dead_force(components: Expr, place: Place, change: Place) -> Expr:
-    return dead_force(components, change.x)
-
-
-def _follower_force(components: Expr, place: Place, change: Place) -> Expr:
-    force = sum((components[k] * place.e[k] for k in range(3)), start=0 * place.x)
+def _force(force: Expr, place: Place, change: Place) -> Expr:
     return dead_force(force, change.x)
 
 
-def _frame(place: Place) -> tuple[Expr, Expr, Expr]:
-    first, second, third = place.e
-    return first, second, third
+def _follower_force(components: Expr, place: Place, change: Place) -> Expr:
+    return follower_frame_force(components, place.e, change.x)
 
 
-def _stacked(change: Place) -> Expr:
-    return ufl.as_vector([e[i] for e in change.e for i in range(3)])
-
-
-def _dead_moment(components: Expr, place: Place, change: Place) -> Expr:
+def _moment(moment: Expr, place: Place, change: Place) -> Expr:
     if len(place.e) == 1:
-        return director_moment(components, place.e[0], change.e[0])
-    return frame_moment(components, _frame(place), _stacked(change))
+        return director_moment(moment, place.e[0], change.e[0])
+    return frame_moment(moment, place.e, change.e)
 
 
 def _follower_moment(components: Expr, place: Place, change: Place) -> Expr:
-    return follower_frame_moment(components, _frame(place), _stacked(change))
+    return follower_frame_moment(components, place.e, change.e)
 
 
 # kind of load to its virtual work, the number of vectors it needs at its place, and where it says
 # its components
 _WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int, str]] = {
-    PointForce: (_dead_force, 0, "force"),
+    PointForce: (_force, 0, "force"),
     FollowerForce: (_follower_force, 3, "components"),
-    PointMoment: (_dead_moment, 3, "moment"),
+    PointMoment: (_moment, 3, "moment"),
     FollowerMoment: (_follower_moment, 3, "components"),
 }
 

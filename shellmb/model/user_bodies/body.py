@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 from mpi4py import MPI
@@ -39,6 +38,7 @@ from shellmb.model.body import (
     Rates,
     TimeFunction,
 )
+from shellmb.model.massless import NONE
 from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import PotentialStrains, Strains
 from shellmb.model.user_forms import vector_of, written
@@ -49,7 +49,6 @@ from shellmb.scene.types import vector
 ADVICE = "a smaller step"
 # of the energy of a constraint, below which a multiplier counts as zero
 SMALL_FORCE = 1e-3
-NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -113,8 +112,8 @@ class OwnBody(Body, UserBody):
         constraints: Sequence[Hold] = (),
         dx: ufl.Measure = ufl.dx,
         size: float = 1.0,
-        points: Mapping[str, Sequence[float]] = NOTHING,
-        regions: Mapping[str, Callable[[Floats], Any]] = NOTHING,
+        points: Mapping[str, Sequence[float]] = NONE,
+        regions: Mapping[str, Callable[[Floats], Any]] = NONE,
     ) -> None:
         self._given = {
             "space": space,

@@ -11,14 +11,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
 from shellmb.scene.values.user_functions import points_by
 from shellmb.scene.values.validate import check_differ, described, refused, show, unit_vector
-
-type Points = NDArray[np.float64]
 
 
 class Curve:
@@ -32,16 +30,16 @@ class Curve:
     straight: bool = False
     shell: str | None = None
 
-    def position(self, xi: Points) -> Points:
+    def position(self, xi: Floats) -> Floats:
         """Reference positions [m], shape (3, n), at parameters of shape (n,)."""
         raise NotImplementedError(f"{type(self).__name__} is known by a shell's mesh only")
 
-    def tangent(self, xi: Points) -> Points:
+    def tangent(self, xi: Floats) -> Floats:
         """Unit tangents, shape (3, n), at parameters of shape (n,)."""
         d = self._derivative(np.atleast_1d(np.asarray(xi, dtype=float)))
         return np.asarray(d / np.linalg.norm(d, axis=0))
 
-    def _derivative(self, xi: Points) -> Points:
+    def _derivative(self, xi: Floats) -> Floats:
         """``X_,xi``, shape (3, n), from a polynomial of degree 6 that stays inside [0, 1]."""
         h, j = 2e-3, np.arange(7.0)
         base = np.clip(xi - 3 * h, 0, 1 - 6 * h)
@@ -104,13 +102,13 @@ class Line(Curve):
         """
         check_differ(self, "start", "end")
 
-    def position(self, xi: Points) -> Points:
+    def position(self, xi: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         a, b = np.asarray(self.start)[:, None], np.asarray(self.end)[:, None]
         # this way both ends are met exactly
         return np.asarray((1 - xi) * a + xi * b)
 
-    def _derivative(self, xi: Points) -> Points:
+    def _derivative(self, xi: Floats) -> Floats:
         return np.repeat(np.subtract(self.end, self.start)[:, None], xi.size, axis=1)
 
 
@@ -144,7 +142,7 @@ class CircularArc(Curve):
             )
 
     @cached_property
-    def _axes(self) -> tuple[Points, Points, Points]:
+    def _axes(self) -> tuple[Floats, Floats, Floats]:
         """Foot on the axis, radius vector, and the vector a quarter turn further."""
         n = unit_vector(self.axis, "circular arc: axis")
         r = np.subtract(self.start, self.center)
@@ -156,7 +154,7 @@ class CircularArc(Curve):
         """Radius [m]."""
         return float(np.linalg.norm(self._axes[1]))
 
-    def position(self, xi: Points) -> Points:
+    def position(self, xi: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         foot, radial, across = self._axes
         a = self.angle_rad * np.asarray(xi)
@@ -164,7 +162,7 @@ class CircularArc(Curve):
             foot[:, None] + np.multiply.outer(radial, np.cos(a)) + np.outer(across, np.sin(a))
         )
 
-    def _derivative(self, xi: Points) -> Points:
+    def _derivative(self, xi: Floats) -> Floats:
         _, radial, across = self._axes
         a = self.angle_rad * xi
         return self.angle_rad * np.asarray(
@@ -212,11 +210,11 @@ class Arc(Curve):
         corner = math.atan2(float(np.linalg.norm(np.cross(a - b, c - b))), float((a - b) @ (c - b)))
         return CircularArc(tuple(center), self.start, tuple(n), 2 * (math.pi - corner))
 
-    def position(self, xi: Points) -> Points:
+    def position(self, xi: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         return self.circle.position(xi)
 
-    def _derivative(self, xi: Points) -> Points:
+    def _derivative(self, xi: Floats) -> Floats:
         return self.circle._derivative(xi)
 
 
@@ -241,7 +239,7 @@ class ParametricCurve(Curve):
         if not speed.min() > 1e-9 * speed.max():
             raise SceneError("parametric curve: function stands still; X_,xi must not be zero")
 
-    def position(self, xi: Points) -> Points:
+    def position(self, xi: Floats) -> Floats:
         """Reference positions, shape (3, n).
 
         Raises:

@@ -13,15 +13,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, NonNegative, Positive, numbers
 from shellmb.scene.values.damping import BeamTimes, Damped, Prony
 from shellmb.scene.values.validate import described, show
 
-type Matrix = NDArray[np.float64]
 type BeamMass = tuple[float, tuple[float, float], tuple[float, float, float]]
 
 Pair = tuple[Finite, Finite]
@@ -45,7 +44,7 @@ class BeamSection(Damped):
         def size(self) -> float: ...  # noqa: D102
 
         @property
-        def stiffness(self) -> Matrix: ...  # noqa: D102
+        def stiffness(self) -> Floats: ...  # noqa: D102
 
     @property
     def mass(self) -> BeamMass:
@@ -57,13 +56,13 @@ class BeamSection(Damped):
         raise NotImplementedError
 
     @property
-    def long_term(self) -> Matrix:
+    def long_term(self) -> Floats:
         """The stiffness that is left when all branches are relaxed, shape (6, 6)."""
         C = np.asarray(self.stiffness, dtype=float)
         return C if self.relaxation is None else self.relaxation.long_term * C
 
 
-def _stiffness(value: Any) -> Matrix:
+def _stiffness(value: Any) -> Floats:
     try:
         array = numbers(value)
     except (TypeError, ValueError):
@@ -222,7 +221,7 @@ class _Shape(BeamSection):
             )
 
     @cached_property
-    def stiffness(self) -> Matrix:
+    def stiffness(self) -> Floats:
         """Stiffness, shape (6, 6); the centroid is the centre of torsion too."""
         E, G, A = self.E, self.shear_modulus, self.area
         along2, along3 = self.second_moments
@@ -239,7 +238,7 @@ class _Shape(BeamSection):
         return m, (m * y2, m * y3), (along2 + m * y2**2, m * y2 * y3, along3 + m * y3**2)
 
 
-def shifted(stiffness: Matrix, offset: tuple[float, float]) -> Matrix:
+def shifted(stiffness: Floats, offset: tuple[float, float]) -> Floats:
     """Stiffness about the reference line of a section whose origin is at ``offset``.
 
     The strains at the origin are ``Gamma + K x y, K``.

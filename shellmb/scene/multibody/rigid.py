@@ -7,19 +7,17 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Positive, Vec3, explained
 from shellmb.scene.values.validate import described, error_of, listed, refused, show
 
-type Matrix = NDArray[np.float64]
-
 RESERVED = ("origin", "center")
 
 
-def rotation_matrix(vector: Any) -> Matrix:
+def rotation_matrix(vector: Any) -> Floats:
     """Rotation about ``vector`` by its length, shape (3, 3).
 
     Args:
@@ -141,13 +139,13 @@ class RigidBody:
             )
 
     @cached_property
-    def inertia_tensor(self) -> Matrix:
+    def inertia_tensor(self) -> Floats:
         """About the centre of mass in the body's axes, shape (3, 3) [kg m^2]."""
         J = np.asarray(self.inertia)
         return np.diag(J) if J.ndim == 1 else J
 
     @cached_property
-    def euler_tensor(self) -> Matrix:
+    def euler_tensor(self) -> Floats:
         """``int rho y y^T = tr(J)/2 I - J`` about the centre of mass in body axes, (3, 3) [kg m^2].
 
         Positive semidefinite: what round-off makes negative is cut off.
@@ -160,7 +158,7 @@ class RigidBody:
         return np.asarray(vectors @ np.diag(np.maximum(values, 0)) @ vectors.T)
 
     @cached_property
-    def axes(self) -> Matrix:
+    def axes(self) -> Floats:
         """The body's axes d1, d2, d3 in the scene, the columns of a matrix (3, 3).
 
         Raises:
@@ -181,11 +179,11 @@ class RigidBody:
         return (*RESERVED, *self.points)
 
     @property
-    def center(self) -> Matrix:
+    def center(self) -> Floats:
         """The centre of mass in the scene, shape (3,) [m]."""
         return self.place("center")
 
-    def place(self, point: str | tuple[float, ...] | None = None) -> Matrix:
+    def place(self, point: str | tuple[float, ...] | None = None) -> Floats:
         """Position of a point in the scene's reference configuration, shape (3,) [m].
 
         Args:

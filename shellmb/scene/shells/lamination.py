@@ -12,11 +12,9 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.scene.values.damping import Prony
-
-type Matrix = NDArray[np.float64]
 
 # columns of `shear_step` in cylindrical bending along 1 and along 2: M_11,1 and M_22,2
 PURE = [3, 10]
@@ -36,8 +34,8 @@ class Layer:
         relaxation: Prony series of its moduli; None: elastic.
     """
 
-    plane: Matrix
-    transverse: Matrix
+    plane: Floats
+    transverse: Floats
     density: float
     thickness: Any
     angle: Any = 0.0
@@ -53,7 +51,7 @@ class Layer:
         """The layer with its long-term moduli instead of the given ones."""
         return self if self.relaxation is None else self.scaled(self.relaxation.long_term)
 
-    def from_own(self, strains: Sequence[float]) -> tuple[Matrix, Matrix]:
+    def from_own(self, strains: Sequence[float]) -> tuple[Floats, Floats]:
         """Strains in its axes, and their changes along the normal, in the shell's axes."""
         at, slope = np.reshape(strains, (2, 3)) @ strain_turn(-self.angle).mT
         return at, slope
@@ -69,7 +67,7 @@ class Layer:
         )
 
 
-def cos_sin(degrees: Any) -> tuple[Matrix, Matrix]:
+def cos_sin(degrees: Any) -> tuple[Floats, Floats]:
     """Exact at multiples of 90 degrees, so that a cross-ply laminate has no spurious coupling."""
     quarter, rest = np.divmod(degrees, 90.0)
     c, s = np.cos(np.radians(rest)), np.sin(np.radians(rest))
@@ -77,7 +75,7 @@ def cos_sin(degrees: Any) -> tuple[Matrix, Matrix]:
     return np.choose(turn, (c, -s, -c, s)), np.choose(turn, (s, c, -s, -c))
 
 
-def strain_turn(degrees: Any) -> Matrix:
+def strain_turn(degrees: Any) -> Floats:
     """Turn strains 11, 22, 2*12 into axes turned by an angle, shape (..., 3, 3).
 
     Stresses turn by the transpose of the opposite turn.
@@ -88,18 +86,18 @@ def strain_turn(degrees: Any) -> Matrix:
     )
 
 
-def vector_turn(degrees: Any) -> Matrix:
+def vector_turn(degrees: Any) -> Floats:
     """Turn vectors, as transverse shear 13, 23, into axes turned by an angle, (..., 2, 2)."""
     c, s = cos_sin(degrees)
     return matrix([[c, s], [-s, c]])
 
 
-def matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
+def matrix(rows: Sequence[Sequence[Any]]) -> Floats:
     """A matrix at each point from its components, shape (..., rows, columns)."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def plane_stress(E1: float, E2: float, nu12: float, G12: float) -> Matrix:
+def plane_stress(E1: float, E2: float, nu12: float, G12: float) -> Floats:
     """Plane-stress stiffness in the material axes, order 11, 22, 12, shape (3, 3) [Pa]."""
     d = 1 - nu12**2 * E2 / E1
     return np.array([[E1 / d, nu12 * E2 / d, 0], [nu12 * E2 / d, E2 / d, 0], [0, 0, G12]])
@@ -138,7 +136,7 @@ class Layup:
         return [z + self.offset for z in self._faces]
 
     @cached_property
-    def _about_middle(self) -> tuple[Matrix, Matrix, Matrix]:
+    def _about_middle(self) -> tuple[Floats, Floats, Floats]:
         """`A`, `B` and `D` about the section's middle."""
         h = np.asarray(self.thickness)[..., None, None]
         moments = []
@@ -153,28 +151,28 @@ class Layup:
         return A, B, D
 
     @property
-    def _offset(self) -> Matrix:
+    def _offset(self) -> Floats:
         return np.asarray(self.offset)[..., None, None]
 
     @property
-    def A(self) -> Matrix:
+    def A(self) -> Floats:
         """Membrane stiffness, shape (..., 3, 3) [N/m]."""
         return self._about_middle[0]
 
     @cached_property
-    def B(self) -> Matrix:
+    def B(self) -> Floats:
         """Coupling of membrane and bending, shape (..., 3, 3) [N]."""
         A, B, _ = self._about_middle
         return np.asarray(B + self._offset * A)
 
     @cached_property
-    def D(self) -> Matrix:
+    def D(self) -> Floats:
         """Bending stiffness, shape (..., 3, 3) [N m]."""
         A, B, D = self._about_middle
         return np.asarray(D + 2 * self._offset * B + self._offset**2 * A)
 
     @cached_property
-    def G(self) -> Matrix:
+    def G(self) -> Floats:
         """Transverse shear stiffness with its correction, shape (..., 2, 2) [N/m]."""
         if self.shear_correction == "energy":
             return shear_by_energy(self.layers, self._faces, *self._about_middle)
@@ -206,7 +204,7 @@ class Layup:
         found = self.scaled([1.0 if r is None else r.at_rest / r.long_term for r in given])
         return replace(found, layers=tuple(replace(p, relaxation=None) for p in found.layers))
 
-    def among(self, rows: Matrix, number: int) -> Matrix:
+    def among(self, rows: Floats, number: int) -> Floats:
         """Rows of a layer by its strain, from N and M that strains of the layers would give.
 
         Args:
@@ -219,7 +217,7 @@ class Layup:
         """
         return np.concatenate([rows, *(shares[number] * rows for shares in self.branches)], axis=-1)
 
-    def natural_strain(self, plies: Sequence[Sequence[float]]) -> Matrix:
+    def natural_strain(self, plies: Sequence[Sequence[float]]) -> Floats:
         """Membrane strains and curvatures without resultants of a section at one point, shape (6,).
 
         Args:
@@ -250,14 +248,14 @@ class Layup:
         return m, s + c * m, i + 2 * c * s + c**2 * m
 
 
-def _clean(matrix: Matrix, size: Matrix) -> Matrix:
+def _clean(matrix: Floats, size: Floats) -> Floats:
     """Rounding errors become zero, so that an effect that is absent costs nothing."""
     return np.where(np.abs(matrix) < 1e-12 * size, 0.0, matrix)
 
 
 def shear_by_energy(
-    layers: Sequence[Layer], z: Sequence[Any], A: Matrix, B: Matrix, D: Matrix
-) -> Matrix:
+    layers: Sequence[Layer], z: Sequence[Any], A: Floats, B: Floats, D: Floats
+) -> Floats:
     """Transverse shear stiffness from the stresses that equilibrium asks for.
 
     In cylindrical bending along x (and along y) the moment grows by the shear force,
@@ -292,7 +290,7 @@ def shear_by_energy(
     return _clean((stiff + stiff.mT) / 2, np.abs(stiff).max(axis=(-2, -1), keepdims=True))
 
 
-def shear_step(layer: Layer, compliance: Matrix, low: Any, z: Any) -> Matrix:
+def shear_step(layer: Layer, compliance: Floats, low: Any, z: Any) -> Floats:
     """Change of `tau_13, tau_23` between two heights by equilibrium, shape (..., 2, 12).
 
     Columns: derivatives of N and M (11, 22, 12) along 1, and along 2.

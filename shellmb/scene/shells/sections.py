@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
@@ -21,7 +21,6 @@ from shellmb.scene.values.damping import Damped, Prony, ShellTimes
 from shellmb.scene.values.user_functions import OfPosition, check_sign, values_at
 from shellmb.scene.values.validate import described, show
 
-type Matrix = NDArray[np.float64]
 type Mass = tuple[float, float, float]
 
 Least = Literal["positive", "not negative"]
@@ -56,6 +55,12 @@ class Section(Damped):
         # a real property here would become the default of the subclasses' field
         @property
         def thickness(self) -> Any: ...  # noqa: D102
+
+    @property
+    def mass(self) -> Mass:
+        """``(m, s_star, I_star)`` per unit area, of a homogeneous layer."""
+        one: Any = self
+        return one.density * one.thickness, 0.0, one.density * one.thickness**3 / 12
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -159,22 +164,22 @@ class LinearSection(Section):
         return self._numbers.layers
 
     @property
-    def A(self) -> Matrix:
+    def A(self) -> Floats:
         """Membrane stiffness, shape (3, 3) [N/m]."""
         return self._numbers.A
 
     @property
-    def B(self) -> Matrix:
+    def B(self) -> Floats:
         """Coupling of membrane and bending, shape (3, 3) [N]."""
         return self._numbers.B
 
     @property
-    def D(self) -> Matrix:
+    def D(self) -> Floats:
         """Bending stiffness, shape (3, 3) [N m]."""
         return self._numbers.D
 
     @property
-    def G(self) -> Matrix:
+    def G(self) -> Floats:
         """Transverse shear stiffness with its correction, shape (2, 2) [N/m]."""
         return self._numbers.G
 
@@ -341,15 +346,6 @@ class Hyperelastic(Section):
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
-    @property
-    def mass(self) -> Mass:
-        """``(m, s_star, I_star)`` per unit area, of a homogeneous layer."""
-        return _homogeneous(self.density, self.thickness)
-
-
-def _homogeneous(density: float, h: float) -> Mass:
-    return (density * h, 0.0, density * h**3 / 12)
-
 
 @described("wrinkling section")
 class Wrinkling(Section):
@@ -392,8 +388,3 @@ class Wrinkling(Section):
     def stiffness(self) -> float:
         """Size of the membrane stiffness [N/m]."""
         return float(self.E * self.thickness)
-
-    @property
-    def mass(self) -> Mass:
-        """``(m, s_star, I_star)`` per unit area."""
-        return _homogeneous(self.density, self.thickness)

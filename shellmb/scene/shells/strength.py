@@ -11,9 +11,9 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from shellmb.arrays import Floats
 from shellmb.scene.types import Positive
 from shellmb.scene.values.validate import described
 
@@ -21,7 +21,6 @@ from shellmb.scene.values.validate import described
 MOST = 1000.0
 TINY = np.finfo(float).tiny
 
-type Values = NDArray[np.float64]
 Interaction = Annotated[float, Field(gt=-1, lt=1, allow_inf_nan=False)]
 
 
@@ -83,11 +82,11 @@ class Criterion:
 
     needs: tuple[str, ...]
     modes: tuple[str, ...]
-    by_mode: Callable[[Values, Values, Any], list[Any]]
+    by_mode: Callable[[Floats, Floats, Any], list[Any]]
     across: bool = False
     wrong: Callable[[Any], str] = lambda k: ""
 
-    def beside(self, grows: Values, stays: Values, strength: Any) -> Values:
+    def beside(self, grows: Floats, stays: Floats, strength: Any) -> Floats:
         """Utilisations by mode where some stresses stay as they are, shape (..., modes).
 
         The largest one, `v`, is the inverse of the factor by which the others may grow. All
@@ -100,11 +99,11 @@ class Criterion:
             strength: Strengths with all that it needs.
         """
 
-        def largest(both: Values) -> Values:
+        def largest(both: Floats) -> Floats:
             stress, strain = both
             return np.asarray(self.utilisations(stress, strain, strength).max(axis=-1))
 
-        def excess(v: Values, *parts: Values) -> Values:
+        def excess(v: Floats, *parts: Floats) -> Floats:
             first, second = np.reshape(parts, (2, 2, 5, -1)).swapaxes(2, 3)
             return largest(first + v[:, None] * second) - v
 
@@ -123,7 +122,7 @@ class Criterion:
         found = self.utilisations(stress, strain, strength)
         return np.asarray(found * v / np.maximum(found.max(axis=-1, keepdims=True), TINY))
 
-    def utilisations(self, stress: Values, strain: Values, strength: Any) -> Values:
+    def utilisations(self, stress: Floats, strain: Floats, strength: Any) -> Floats:
         """Utilisations by mode, shape (..., modes).
 
         Args:
@@ -135,7 +134,7 @@ class Criterion:
         return np.stack(np.broadcast_arrays(*found), axis=-1)
 
 
-def _signed(value: Values, tension: float, compression: float) -> tuple[Values, Values]:
+def _signed(value: Floats, tension: float, compression: float) -> tuple[Floats, Floats]:
     return np.maximum(value / tension, 0.0), np.maximum(-value / compression, 0.0)
 
 
@@ -144,15 +143,15 @@ def _root(a: Any, b: Any) -> Any:
     return (b + np.sqrt(b**2 + 4 * a)) / 2
 
 
-def _stress(s: Values, e: Values, k: Any) -> list[Any]:
+def _stress(s: Floats, e: Floats, k: Any) -> list[Any]:
     return [*_signed(s[0], k.Xt, k.Xc), *_signed(s[1], k.Yt, k.Yc), abs(s[2]) / k.S12]
 
 
-def _strain(s: Values, e: Values, k: Any) -> list[Any]:
+def _strain(s: Floats, e: Floats, k: Any) -> list[Any]:
     return [*_signed(e[0], k.e1t, k.e1c), *_signed(e[1], k.e2t, k.e2c), abs(e[2]) / k.g12]
 
 
-def _tsai_hill(s: Values, e: Values, k: Any) -> list[Any]:
+def _tsai_hill(s: Floats, e: Floats, k: Any) -> list[Any]:
     X, Y = np.where(s[0] > 0, k.Xt, k.Xc), np.where(s[1] > 0, k.Yt, k.Yc)
     return [np.sqrt((s[0] / X) ** 2 - s[0] * s[1] / X**2 + (s[1] / Y) ** 2 + (s[2] / k.S12) ** 2)]
 
@@ -162,14 +161,14 @@ def _tsai_hill_wrong(k: Any) -> str:
     return "" if Y < 2 * X else f"has a strength {Y:.4g} across and {X:.4g} along the fibres"
 
 
-def _tsai_wu(s: Values, e: Values, k: Any) -> list[Any]:
+def _tsai_wu(s: Floats, e: Floats, k: Any) -> list[Any]:
     F11, F22, F66 = 1 / (k.Xt * k.Xc), 1 / (k.Yt * k.Yc), 1 / k.S12**2
     both = 2 * k.f12 * np.sqrt(F11 * F22) * s[0] * s[1]
     a = F11 * s[0] ** 2 + F22 * s[1] ** 2 + F66 * s[2] ** 2 + both
     return [_root(a, (1 / k.Xt - 1 / k.Xc) * s[0] + (1 / k.Yt - 1 / k.Yc) * s[1])]
 
 
-def _hashin(s: Values, e: Values, k: Any) -> list[Any]:
+def _hashin(s: Floats, e: Floats, k: Any) -> list[Any]:
     """Z. Hashin, J. Appl. Mech. 47 (1980) 329-334, in plane stress."""
     shear = (s[2] / k.S12) ** 2
     tension = [np.sqrt((v / t) ** 2 + shear) for v, t in ((s[0], k.Xt), (s[1], k.Yt))]
@@ -183,7 +182,7 @@ def _hashin(s: Values, e: Values, k: Any) -> list[Any]:
     ]
 
 
-def _puck(s: Values, e: Values, k: Any) -> list[Any]:
+def _puck(s: Floats, e: Floats, k: Any) -> list[Any]:
     """A. Puck and H. Schuermann, Compos. Sci. Technol. 58 (1998) 1045-1067, of plane stress.
 
     Fibres fail at their strengths, without the share of stresses across them.
@@ -210,12 +209,12 @@ def _puck_wrong(k: Any) -> str:
     return "" if slope < k.S12 else f"has p12t Yt = {slope:.4g}, and S12 = {k.S12:.4g}"
 
 
-def _von_mises(s: Values, e: Values, k: Any) -> list[Any]:
+def _von_mises(s: Floats, e: Floats, k: Any) -> list[Any]:
     shear = s[2] ** 2 + s[3] ** 2 + s[4] ** 2
     return [np.sqrt(s[0] ** 2 + s[1] ** 2 - s[0] * s[1] + 3 * shear) / k.yield_stress]
 
 
-def _between(s: Values, e: Values, k: Any) -> list[Any]:
+def _between(s: Floats, e: Floats, k: Any) -> list[Any]:
     return [np.hypot(s[3] / k.S13, s[4] / k.S23)]
 
 

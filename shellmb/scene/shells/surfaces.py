@@ -11,15 +11,13 @@ from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Positive, Vec3
 from shellmb.scene.values.user_functions import points_by
 from shellmb.scene.values.validate import described, frame, show
-
-type Points = NDArray[np.float64]
 
 
 class Surface:
@@ -43,11 +41,11 @@ class Surface:
     sweep: float = 0.0
     slit: bool = False
 
-    def position(self, xi: Points, eta: Points) -> Points:
+    def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n), at parameters of shape (n,) each."""
         raise NotImplementedError(f"{type(self).__name__} is meshed without a map")
 
-    def normal(self, x: Points) -> Points | None:
+    def normal(self, x: Floats) -> Floats | None:
         """Exact unit normals, shape (3, n), at positions (3, n) on it; None where unknown."""
         return None
 
@@ -80,13 +78,13 @@ class Rectangle(Surface):
     def _axes(self) -> tuple[Any, Any, Any]:
         return frame("rectangle", "axis1", self.axis1, "axis2", self.axis2)
 
-    def position(self, xi: Points, eta: Points) -> Points:
+    def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         e1, e2, _ = self._axes
         along = np.multiply.outer(e1, self.length * xi) + np.multiply.outer(e2, self.width * eta)
         return np.asarray(self.origin)[:, None] + along
 
-    def normal(self, x: Points) -> Points:
+    def normal(self, x: Floats) -> Floats:
         """The one unit normal, repeated to shape (3, n)."""
         return np.repeat(self._axes[2][:, None], x.shape[1], axis=1)
 
@@ -110,7 +108,7 @@ class Parametric(Surface):
     map: Callable[[Any, Any], Any]
     slit: bool = False
 
-    def position(self, xi: Points, eta: Points) -> Points:
+    def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n).
 
         Raises:
@@ -129,12 +127,12 @@ def _angles(value: tuple[float, float]) -> tuple[float, float]:
 Angles = Annotated[tuple[Finite, Finite], AfterValidator(_angles)]
 
 
-def _outward(r: Points, flip: bool) -> Points:
+def _outward(r: Floats, flip: bool) -> Floats:
     """Unit vectors along radii, or against them."""
     return np.asarray((-r if flip else r) / np.linalg.norm(r, axis=0))
 
 
-def _around(angle: Points, e1: Points, e2: Points) -> Points:
+def _around(angle: Floats, e1: Floats, e2: Floats) -> Floats:
     return np.multiply.outer(e1, np.cos(angle)) + np.multiply.outer(e2, np.sin(angle))
 
 
@@ -179,14 +177,14 @@ class Cylinder(Surface):
     def _axes(self) -> tuple[Any, Any, Any]:
         return frame("cylinder", "axis", self.axis, "start", self.start)
 
-    def position(self, xi: Points, eta: Points) -> Points:
+    def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         axis, e1, e2 = self._axes
         angle = np.radians(self.angles[0] + (self.angles[1] - self.angles[0]) * xi)
         arc = self.radius * _around(angle, e1, e2)
         return np.asarray(self.origin)[:, None] + arc + np.multiply.outer(axis, self.length * eta)
 
-    def normal(self, x: Points) -> Points:
+    def normal(self, x: Floats) -> Floats:
         """Unit normals, away from the axis or towards it, shape (3, n)."""
         axis = self._axes[0]
         r = x - np.asarray(self.origin)[:, None]
@@ -252,7 +250,7 @@ class Sphere(_Polar):
             object.__setattr__(self, "edges", ())
             object.__setattr__(self, "points", ("pole", "antipole"))
 
-    def position(self, xi: Points, eta: Points) -> Points:
+    def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         phi = np.radians(self.azimuth[0] + (self.azimuth[1] - self.azimuth[0]) * xi)
         theta = np.radians(self.polar[0] + (self.polar[1] - self.polar[0]) * eta)
@@ -260,7 +258,7 @@ class Sphere(_Polar):
         unit = np.stack([s * np.cos(phi), s * np.sin(phi), np.cos(theta)])
         return np.asarray(self.origin)[:, None] + self.radius * unit
 
-    def normal(self, x: Points) -> Points:
+    def normal(self, x: Floats) -> Floats:
         """Unit normals, away from the centre or towards it, shape (3, n)."""
         return _outward(x - np.asarray(self.origin)[:, None], self.flip)
 
@@ -296,12 +294,12 @@ class Disc(_Polar):
     def _axes(self) -> tuple[Any, Any, Any]:
         return frame("disc", "axis1", self.axis1, "axis2", self.axis2)
 
-    def position(self, xi: Points, eta: Points) -> Points:
+    def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         e1, e2, _ = self._axes
         angle = np.radians(self.angles[0] + (self.angles[1] - self.angles[0]) * xi)
         return np.asarray(self.origin)[:, None] + self.radius * eta * _around(angle, e1, e2)
 
-    def normal(self, x: Points) -> Points:
+    def normal(self, x: Floats) -> Floats:
         """The one unit normal, repeated to shape (3, n)."""
         return np.repeat(self._axes[2][:, None], x.shape[1], axis=1)

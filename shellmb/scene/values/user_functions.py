@@ -9,8 +9,8 @@ from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import in_words, show
 
@@ -75,7 +75,7 @@ class GivenFunction:
     function: Any
     arguments: int
 
-    def at(self, *arguments: Any) -> NDArray[np.float64] | str | None:
+    def at(self, *arguments: Any) -> Floats | str | None:
         """Value for some arguments: numbers, words for what gives none; None where it fails."""
         try:
             with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -89,7 +89,7 @@ class GivenFunction:
             return None
         return np.nan_to_num(made, nan=NONE, posinf=NONE, neginf=-NONE)
 
-    def trial(self, t_end: float) -> list[NDArray[np.float64] | str | None]:
+    def trial(self, t_end: float) -> list[Floats | str | None]:
         """Values at the start, the middle and the end of a run; at positions if it is of such.
 
         Args:
@@ -137,9 +137,7 @@ def _arguments(function: Any) -> int:
     return len(needed) if len(needed) <= 3 else 0
 
 
-def values_at(
-    function: OfPosition, x: NDArray[np.float64], size: int, who: str
-) -> NDArray[np.float64]:
+def values_at(function: OfPosition, x: Floats, size: int, who: str) -> Floats:
     """Checked values at points.
 
     Args:
@@ -186,9 +184,7 @@ def values_at(
     return value
 
 
-def points_by(
-    who: str, right: str, function: Callable[..., Any], *parameters: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def points_by(who: str, right: str, function: Callable[..., Any], *parameters: Floats) -> Floats:
     """Positions of a curve or a surface of the user's, shape (3, n).
 
     Args:
@@ -214,9 +210,7 @@ def points_by(
     return x
 
 
-def check_sign(
-    value: NDArray[np.float64], x: NDArray[np.float64], who: str, strictly: bool
-) -> None:
+def check_sign(value: Floats, x: Floats, who: str, strictly: bool) -> None:
     """Refuse values of a scalar function that are negative.
 
     Args:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -13,20 +13,21 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.model.body import Body, Dofs, Rates, added, kinetic_energy
-from shellmb.model.sections.branches import Course, branches_of
+from shellmb.model.sections.branches import branches_of
 from shellmb.model.sections.strains import together
-from shellmb.schemes.base import END, Levels, Resulting, Tangent, Values
+from shellmb.schemes.base import END, Levels, Scheme, Tangent, Values
 from shellmb.schemes.residuals.residual import (
     Instants,
+    IntervalForms,
     Sample,
     StageForms,
     acting,
     averaged,
     bow_energy,
+    lossy,
 )
 from shellmb.schemes.residuals.rows import (
     NAMES,
-    Mixed,
     PathStates,
     constants,
     moment,
@@ -72,19 +73,15 @@ class PathForms:
         body, result = self._body, {}
         found = [part.path_term(self.step, *body.mixed.arguments) for part in body.elastic]
         both = [term for term in found if term is not None]
-        terms, work = [reduce(together, both)] if both else [], None
+        terms = [reduce(together, both)] if both else []
         alpha, sources = (
             self._scheme.alpha,
             (self.path.start, self.path.end, self.path.end_velocity),
         )
-        common = self._scheme.page, self._mesh, alpha, self.states.functions, sources, self.dt
-        if self.branches is not None:
-            course = Course(lambda *m: over_path(*common, Mixed(*m)), alpha, True)
-            terms.append(self.branches.term(course, *body.mixed.arguments))
-        if body.damping is not None:
-            along = over_path(*common)
-            terms.append(body.damping.term(along, *body.mixed.arguments))
-            work = body.damping.work(along)
+        states = self.states.functions
+        over = partial(over_path, self._scheme.page, self._mesh, alpha, states, sources, self.dt)
+        more, work = lossy(body, self.branches, over, (alpha, True), *body.mixed.arguments)
+        terms += more
         # derivatives by functions that follow the unknown states have one kernel for both of these
         functions: Any = dict(zip(NAMES, self.states.functions, strict=True))
         step = self.step._replace(path=self.path._replace(**functions))
@@ -152,7 +149,7 @@ class PathForms:
         """Mean of the path."""
         return self.path.mean
 
-    def mean_resultants(self, body: Resulting) -> Expr:
+    def mean_resultants(self, body: Any) -> Expr:
         """Mean of a shell's or beam's resultants, those of `S_0`."""
         return body.mean_resultants(self.step)
 
@@ -213,3 +210,20 @@ class PathForms:
         (place,) = constants(self._mesh, tau)
         velocity = path.velocity(place) / self.dt
         return path.at(place), Rates(velocity, velocity)
+
+
+# residuals of a body in a step, and what is read of a step that was solved
+StepForms = IntervalForms | PathForms
+
+
+def step_forms(body: Body, scheme: Scheme, levels: Levels, dt: fem.Constant) -> StepForms:
+    """Residuals of one body in a step.
+
+    Args:
+        body: The body.
+        scheme: The scheme.
+        levels: The body's functions.
+        dt: Length of the step.
+    """
+    kind = IntervalForms if scheme.page is None else PathForms
+    return kind(body, scheme, levels, dt)

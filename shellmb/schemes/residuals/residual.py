@@ -1,6 +1,6 @@
 """Residual of one body for one stage: inertia + internal forces - loads - added terms."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from typing import Any, cast
@@ -13,6 +13,7 @@ from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.held import VelocityJump
+from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
@@ -33,13 +34,12 @@ from shellmb.schemes.base import (
     GAUSS_TIMES,
     GAUSS_WEIGHTS,
     Levels,
-    Resulting,
     Scheme,
     Stage,
     Values,
 )
 from shellmb.schemes.linearised import change
-from shellmb.schemes.residuals.rows import Mixed, PathStates, Span, over_interval
+from shellmb.schemes.residuals.rows import PathStates, Span, over_interval
 
 # instants of a step and their weights
 Instants = tuple[tuple[float, float], ...]
@@ -224,7 +224,7 @@ class IntervalForms:
         span = self._span
         return span.b if span.a is span.b else stress_average(span.a, span.b, span.beta)
 
-    def mean_resultants(self, body: Resulting) -> Expr:
+    def mean_resultants(self, body: Any) -> Expr:
         """Resultants of the averaged stress of the last sub-interval."""
         levels = self._levels
         return body.averaged_resultants(self._last(levels.reference or levels))
@@ -295,6 +295,34 @@ def bow_energy(body: Body, step: Step, held: Expr) -> Form | None:
     return added(part.bow(step, held) for part in body.elastic)
 
 
+def lossy(
+    body: Body,
+    branches: MaxwellBranches | None,
+    over: Callable[..., Straining],
+    course: tuple[float, bool],
+    tests: Sequence[Expr],
+    trial: Expr,
+) -> tuple[list[Term], Form | None]:
+    """Relaxation and damping of a body's strains over a step, and the work of the damping.
+
+    Args:
+        body: The body.
+        branches: Its Maxwell branches; None: none.
+        over: Changes of strains over the step, of given mixtures of them or of their rate.
+        course: Dissipation of the scheme, and whether strains have a bow in its steps.
+        tests: Directions of the rows.
+        trial: Direction of derivatives.
+    """
+    terms, work = list[Term](), None
+    if branches is not None:
+        terms.append(branches.term(Course(over, *course), tests, trial))
+    if body.damping is not None:
+        along = over()
+        terms.append(body.damping.term(along, tests, trial))
+        work = body.damping.work(along)
+    return terms, work
+
+
 def stage_forms(
     body: Body,
     scheme: Scheme,
@@ -342,14 +370,10 @@ def stage_forms(
                 )
             place = len(unknowns), number
             over = partial(over_interval, space.mesh, sub.between, place, dt, linear)
-            if branches is not None:
-                alpha, several = scheme.dissipation()[0], len(unknowns) > 1
-                course = Course(lambda *m, over=over: over(Mixed(*m)), alpha, several)
-                terms = [*terms, branches.term(course, [dq], trial)]
-            if body.damping is not None:
-                along = over()
-                terms = [*terms, body.damping.term(along, [dq], trial)]
-                work = body.damping.work(along) if name == END else None
+            course = scheme.dissipation()[0], len(unknowns) > 1
+            more, dissipated = lossy(body, branches, over, course, [dq], trial)
+            terms += more
+            work = dissipated if name == END else None
         if internal is not None and linear:
             internal = change(internal, levels)
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)

@@ -13,7 +13,7 @@ combinations of the same two are those of (V3) in `forms.steps.relaxation`.
 from collections.abc import Iterable, Sequence
 from functools import cached_property, reduce
 from operator import add
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -24,15 +24,13 @@ from shellmb.arrays import Floats
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Moment, Numbers, Rows, Slope, Stress
+from shellmb.forms.steps.path import Moment, Rows, Slope, Stress
 from shellmb.schemes.interval import AT_STATE, A, B, acting
 from shellmb.schemes.notation import (
     Acting,
     D,
     De,
-    MomentWeights,
     PathPage,
-    SlopeWeights,
     e,
     lin,
     x,
@@ -45,7 +43,7 @@ FIRST, LAST, SINGLE = x / 2 - D, x / 2 + D, x
 
 def linearised(row: Acting) -> Acting:
     """The stress of the linear part of a strain, and what it acts on at the reference."""
-    return Acting(lin(row.strain.linear), SlopeWeights(1.0, np.zeros(4)))
+    return Acting(lin(row.strain[:4]), De(np.zeros(4)))
 
 
 NAMES = ("mean", "chord", "bow", "mean_velocity")
@@ -73,9 +71,7 @@ def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
     return tuple(constant[k] for k in range(len(array)))
 
 
-def moment(
-    mesh: Any, weights: MomentWeights, holder: Expr, like: MomentWeights | None = None
-) -> Moment:
+def moment(mesh: Any, weights: Floats, holder: Expr, like: Floats | None = None) -> Moment:
     """A moment with its numbers as Constants, without what is zero.
 
     Args:
@@ -85,15 +81,14 @@ def moment(
         like: What is not zero where the moment of some scheme is not: another dissipation is no
             other form; None: the moment itself.
     """
-    like = like or weights
-    linear = _without_zeros(mesh, weights.linear, like.linear)
-    return Moment(linear, _without_zeros(mesh, weights.products, like.products), holder)
+    like = weights if like is None else like
+    linear = _without_zeros(mesh, weights[:4], like[:4])
+    return Moment(linear, _without_zeros(mesh, weights[4:], like[4:]), holder)
 
 
-def slope(mesh: Any, weights: Numbers) -> Slope:
+def slope(mesh: Any, weights: Floats) -> Slope:
     """A slope with its numbers as Constants, without what is zero."""
-    numbers = np.append(weights.c, weights.weights)
-    c, *found = _without_zeros(mesh, numbers, numbers)
+    c, *found = _without_zeros(mesh, weights, weights)
     return Slope(c, tuple(found))
 
 
@@ -161,11 +156,11 @@ class Span:
             # a Constant is a number here: it is given once
             states, row, like = self.between, acting(float(beta)), acting(1.0).strain
             # strains and resultants are compatible at the end: it is the mean and half of the chord
-            (ahead,) = constants(mesh, 0.5 - float(row.strain.linear @ D))
+            (ahead,) = constants(mesh, 0.5 - float(row.strain[:4] @ D))
         else:
             return None
         if self.linear:
-            row, like = linearised(row), None if like is None else lin(like.linear)
+            row, like = linearised(row), None if like is None else lin(like[:4])
         strain, on = moment(mesh, row.strain, holder, like), slope(mesh, row.on)
         return Rows(states, (Stress(strain, (on,), 0, ahead),), (number,), 2)
 
@@ -204,27 +199,16 @@ type Sources = tuple[Expr, Expr, Expr]
 # shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, and
 # the change of the strain over the step with its bow
 ROWS: dict[tuple[int, int], tuple[float, ...]] = {(1, 0): (1,), (2, 0): (1, -1), (2, 1): (1, 0)}
-CHANGES: dict[tuple[int, int], list[MomentWeights]] = {
+CHANGES: dict[tuple[int, int], list[Floats]] = {
     (1, 0): [CHANGE],
     (2, 0): [CHANGE + BEHIND, -1 * CHANGE],
     (2, 1): [CHANGE + BEFORE, -1 * BEFORE],
 }
 
 
-class Mixed(NamedTuple):
-    """Strains of the stresses S_0 and S_1.
-
-    Args:
-        weights: Weights of the change of the strain and of its bow, shape (2, 2).
-        given: Strains that are added; none: nothing is.
-    """
-
-    weights: Floats
-    given: Sequence[Expr] = ()
-
-
-# the rate times the step, eq. (D1)
-RATE = Mixed(np.diag([1.0, 3.0]))
+# strains of the stresses S_0 and S_1: weights of the change of the strain and of its bow, of which
+# these are the rate times the step, eq. (D1)
+RATE = np.diag([1.0, 3.0])
 
 
 def over_interval(
@@ -233,7 +217,8 @@ def over_interval(
     place: tuple[int, int],
     dt: Expr,
     linear: bool,
-    mixed: Mixed = RATE,
+    mixed: Floats = RATE,
+    given: Sequence[Expr] = (),
 ) -> Straining:
     """The row of a sub-interval.
 
@@ -243,16 +228,17 @@ def over_interval(
         place: Number of sub-intervals, and which of them it is.
         dt: Length of the step.
         linear: Whether strains are linear.
-        mixed: Strains of the stresses.
+        mixed: Strains of the stresses, shape (2, 2).
+        given: Strains that are added; none: nothing is.
     """
     n, row = 1 + place[0], ROWS[place]
-    changes = [lin(m.linear) if linear else m for m in CHANGES[place]]
+    changes = [lin(m[:4]) if linear else m for m in CHANGES[place]]
     # resultants of states change as strains do
-    held = np.array([m.linear[1:n] for m in changes]), states[1:n]
-    on = SlopeWeights(1.0, np.zeros(4)) if linear else De(x)
-    weights = np.array([row]) @ mixed.weights[: len(row), : len(changes)]
-    given = [_sum(row, mixed.given)] if mixed.given else ()
-    stresses, works = _rates(mesh, changes, weights, [(on,)], held, given)
+    held = np.array([m[1:n] for m in changes]), states[1:n]
+    on = De(np.zeros(4) if linear else x)
+    weights = np.array([row]) @ mixed[: len(row), : len(changes)]
+    added = [_sum(row, given)] if given else ()
+    stresses, works = _rates(mesh, changes, weights, [(on,)], held, added)
     return Straining(Rows(states, stresses, place[1:], n), works, dt)
 
 
@@ -263,7 +249,8 @@ def over_path(
     states: tuple[Expr, ...],
     sources: Sources,
     dt: Expr,
-    mixed: Mixed = RATE,
+    mixed: Floats = RATE,
+    given: Sequence[Expr] = (),
 ) -> Straining:
     """The rows of a step that is quadratic in time.
 
@@ -274,21 +261,22 @@ def over_path(
         states: Mean, chord, bow and mean velocity of the path.
         sources: State at the start, and the unknown ones of both rows.
         dt: Length of the step.
-        mixed: Strains of the stresses.
+        mixed: Strains of the stresses, shape (2, 2).
+        given: Strains that are added; none: nothing is.
     """
     changes = 2.0 * page.strains(0.0)[1], page.bow
     # resultants are S_0 and S_1 of (Q3): what of S_i and of them the bow and the change are
     bow = np.array([1.0, -1, 1]) * 2 / (1 + alpha)
     held = np.array([np.array([0.0, 0, 2]) - alpha * bow, bow])
-    both = _rates(mesh, changes, mixed.weights, page.slopes, (held, sources), mixed.given)
+    both = _rates(mesh, changes, mixed, page.slopes, (held, sources), given)
     return Straining(Rows(states, both[0], (0, 1)), both[1], dt)
 
 
 def _rates(
     mesh: Any,
-    changes: Sequence[MomentWeights],
+    changes: Sequence[Floats],
     weights: Floats,
-    slopes: Sequence[Sequence[Numbers]],
+    slopes: Sequence[Sequence[Floats]],
     held: tuple[Floats, Sequence[Expr]],
     given: Sequence[Expr],
 ) -> tuple[tuple[Stress, ...], tuple[Moment, ...]]:
@@ -304,7 +292,7 @@ def _rates(
         given: Strains that are added, one for each stress; none: nothing is.
     """
 
-    def moved(shares: Floats, like: MomentWeights | None = None) -> Moment:
+    def moved(shares: Floats, like: Floats | None = None) -> Moment:
         holder = _sum(constants(mesh, shares @ held[0]), held[1])
         return moment(mesh, _sum(shares.tolist(), changes), holder, like)
 

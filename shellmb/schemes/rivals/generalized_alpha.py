@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 from dolfinx import fem
 
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.schemes.base import END, Levels, Rotations, Stage, Tangent, Values
-from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.base import END, Levels, Rotations, Scheme, Stage, Tangent, Values
 from shellmb.schemes.interval import at_state
 
 # a free rotation is too slow by `(1 + 10 alpha^2)/12` of its squared angle in a step (measured:
@@ -48,7 +47,7 @@ class Weights(NamedTuple):
 
 
 @dataclass(frozen=True)
-class GeneralizedAlpha(Defaults):
+class GeneralizedAlpha(Scheme):
     """Second order, with a chosen spectral radius at infinite frequency; no energy law.
 
     J. Chung and G. M. Hulbert, J. Appl. Mech. 60 (1993) 371-375, with the constraints of index 3
