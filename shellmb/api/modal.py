@@ -118,9 +118,7 @@ def write_modes(
         **more: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
     """
     if accuracy is not None:
-        from shellmb.accuracy.request.target import wanted_of
-
-        of = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
+        of = replace(accuracy, modes=True, loaded=chosen.loaded, count=count)
         found: Any = wanted.run(directory, comm, pictures, of, **more)
         return found
     scene, measure = wanted.scene, wanted.module.mode_results

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from shellmb.accuracy.request.search import Outcome
-    from shellmb.accuracy.request.target import Target
     from shellmb.api.sensitivity.record import Sensitivities
     from shellmb.simulate.simulation import Observer
 
@@ -46,7 +45,7 @@ class Requested:
         directory: Path,
         comm: MPI.Comm,
         pictures: bool,
-        target: Target | None = None,
+        target: AccuracyOptions | None = None,
         begin: Callable[[], None] = lambda: None,
         **how: Any,
     ) -> Run | ModeShapes:
@@ -193,20 +192,19 @@ def run(
         with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
             found: Any = wanted.run(place.directory, place.comm, draw, observers=observers)
         return place.held_by(found)
-    from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
+    from shellmb.accuracy.request.target import UnknownQuantity, frequency_number
 
-    of = wanted_of(accuracy)
     how: dict[str, Any] = {"observers": observers, "modes": False}
     if shown and place.comm.rank == 0:
         how["tell"] = print
     try:
-        found = wanted.run(place.directory, place.comm, draw, of, **how)
+        found = wanted.run(place.directory, place.comm, draw, accuracy, **how)
         return place.held_by(found)
     except UnknownQuantity as error:
-        if frequency_number(of.of) is None:
+        if frequency_number(accuracy.of) is None:
             raise
         raise SceneError(
-            f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
+            f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{accuracy.of}')"
         ) from None
 
 

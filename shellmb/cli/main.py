@@ -132,14 +132,10 @@ def run(
 
     from mpi4py import MPI
 
-    kind, target, world = built.scheme_name, None, MPI.COMM_WORLD
-    if accuracy is not None:
-        from shellmb.accuracy.request.target import wanted_of
-
-        kind, target = "accuracy", wanted_of(accuracy)
+    kind, world = built.scheme_name if accuracy is None else "accuracy", MPI.COMM_WORLD
     directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
-    how = _reports(built.name, quiet, target is not None)
-    found = wanted.run(directory, world, not no_pictures, target, **how)
+    how = _reports(built.name, quiet, accuracy is not None)
+    found = wanted.run(directory, world, not no_pictures, accuracy, **how)
     return finish(found, quiet=quiet, check=module.check if check else None)
 
 

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Int32s
 from shellmb.model.locations.nodes import is_point, local_nodes, local_point, surrounding
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.deferred_observer import (
+    STEPS,
+    DeferredObserver,
+    Row,
+    SharedTable,
+    StepValues,
+)
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
-from shellmb.observers.fields.nodal import NodalValues, Nodes, Reading, rotation_vectors
+from shellmb.observers.fields.nodal import Nodes, rotation_vectors, state
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.restart import Restartable
 from shellmb.scene import Probe, RigidBody
@@ -32,19 +38,19 @@ ROUND_OFF = 1e-12
 
 
 class Pose(NamedTuple):
-    """A point and its directors in the reference, now, and their velocities.
+    """A point and its directors in the reference, now, and their velocities, in some steps.
 
     Args:
-        X: Reference position, shape (3,), m.
-        x: Position.
-        v: Velocity, m/s.
-        D: Reference directors as rows, shape (m, 3).
+        X: Reference positions, shape (k, 3), m.
+        change: Displacements.
+        v: Velocities, m/s.
+        D: Reference directors as rows, shape (k, m, 3).
         d: Directors.
         rate: Their velocities, 1/s.
     """
 
     X: Floats
-    x: Floats
+    change: Floats
     v: Floats
     D: Floats
     d: Floats
@@ -52,25 +58,24 @@ class Pose(NamedTuple):
 
     @property
     def spin(self) -> Floats:
-        """Angular velocity of a frame in the scene's axes, shape (3,), rad/s."""
-        return np.asarray(np.cross(self.d, self.rate).sum(axis=0) / 2)
+        """Angular velocities of a frame in the scene's axes, rad/s."""
+        return np.asarray(np.cross(self.d, self.rate).sum(axis=1) / 2)
 
 
-def packed(values: NodalValues, weights: Floats) -> Floats:
-    """All that a pose consists of, from values at nodes times weights, shape (9 + 9 m,)."""
-    points = (values.reference, values.position, values.velocity)
-    vectors = (values.reference_directors, values.directors, values.director_velocity)
-    return np.concatenate([np.einsum("n,n...->...", weights, v).ravel() for v in points + vectors])
+def posed(rows: Floats) -> Pose:
+    """The pose at a spot in some steps, of what is read there, shape (k, 3, 1 + m, 3)."""
+    X, change, v = rows[:, :, 0].swapaxes(0, 1)
+    D, turn, rate = rows[:, :, 1:].swapaxes(0, 1)
+    return Pose(X, change, v, D, D + turn, rate)
 
 
-def unpacked(row: Floats) -> Pose:
-    """The pose of what was `packed`."""
-    X, x, v = row[:9].reshape(3, 3)
-    return Pose(X, x, v, *row[9:].reshape(3, -1, 3))
+# the frame of what is seen from space
+STILL, UNIT = np.zeros((1, 3)), np.eye(3)[None]
+SPACE = Pose(STILL, STILL, STILL, UNIT, UNIT, 0 * UNIT)
 
 
-def seen(quantity: str, point: Pose, frame: Pose) -> Floats:
-    """A quantity relative to a frame, components along its directors, shape (3,).
+def seen(quantity: str, point: Pose, frame: Pose = SPACE) -> Floats:
+    """A quantity relative to a frame, components along its directors, shape (k, 3).
 
     The frame is that of a rigid body, or of a node of a beam. It has its point `p` and its
     directors `d_k`. With `r = x - p` the point is at `d_k . r` in it and moves there with the rate
@@ -81,21 +86,24 @@ def seen(quantity: str, point: Pose, frame: Pose) -> Floats:
         point: The point.
         frame: The frame.
     """
-    r, d = point.x - frame.x, frame.d
+    R, moved, d = point.X - frame.X, point.change - frame.change, frame.d
+
+    def along(axes: Floats, vectors: Floats) -> Floats:
+        return np.asarray(np.einsum("kij,k...j->k...i", axes, vectors))
+
     match quantity:
         case "position":
-            return np.asarray(d @ r)
+            return along(d, R + moved)
         case "displacement":
-            return np.asarray(d @ r - frame.D @ (point.X - frame.X))
+            return along(d, moved) + along(d - frame.D, R)
         case "velocity":
-            return np.asarray(d @ (point.v - frame.v) + frame.rate @ r)
+            return along(d, point.v - frame.v) + along(frame.rate, R + moved)
         case "director":
-            return np.asarray(d @ point.d[0])
+            return along(d, point.d[:, 0])
         case "rotation":
-            before, now = point.D @ frame.D.T, point.d @ d.T
-            return rotation_vectors(before[None], now[None])[0]
+            return rotation_vectors(along(frame.D, point.D), along(d, point.d))
         case "angular_velocity":
-            return np.asarray(d @ (point.spin - frame.spin))
+            return along(d, point.spin - frame.spin)
     raise NotImplementedError(f"no {quantity} in a frame")
 
 
@@ -149,7 +157,7 @@ class Spot:
     Args:
         body: Name of the body in the system.
         nodes: The nodes, each on the rank that owns it.
-        arms: Components along their directors of arms from the nodes, shape (n, 3), m; None: none.
+        arms: Components along their directors of arms from the nodes, shape (n, m), m; None: none.
         weights: Weights, shape (n,), whose sum over the ranks is 1.
     """
 
@@ -158,13 +166,72 @@ class Spot:
     arms: Floats | None
     weights: Floats
 
-    def pose(self, simulation: Simulation) -> Floats:
-        """Part of this rank in the `packed` pose between two steps; collective."""
-        values = self.nodes.now(simulation)
-        return packed(values if self.arms is None else values.at(self.arms), self.weights)
+    def reads(self, simulation: Simulation) -> SpotVectors | StepValues:
+        """Reads what a pose is of, the part of this rank, of each step."""
+        if isinstance(self.nodes, Nodes):
+            return SpotVectors(self, simulation)
+        nodes, arms, weights = self.nodes, self.arms, self.weights
+
+        def find() -> Floats:
+            now = nodes.now(simulation)
+            now = now if arms is None else now.at(arms)
+            points = (now.reference, now.displacement, now.velocity)
+            turned = now.directors - now.reference_directors
+            vectors = (now.reference_directors, turned, now.director_velocity)
+            both = np.concatenate([np.stack(points)[:, :, None], np.stack(vectors)], axis=2)
+            return np.asarray(np.einsum("n,pnjx->pjx", weights, both))
+
+        return StepValues(find)
 
 
-type Read = Callable[[], Floats]
+class SpotVectors:
+    """Position and directors at a spot by numbers of its nodes, which are taken in each step.
+
+    They are linear in the unknowns: `shares @ q[dofs]`, and so are their rates.
+
+    Args:
+        spot: The spot, at nodes whose positions and directors are unknowns.
+        simulation: The simulation.
+    """
+
+    def __init__(self, spot: Spot, simulation: Simulation) -> None:
+        assert isinstance(spot.nodes, Nodes)
+        self.dofs, self.shares = linear(spot)
+        self._reference = self.shares @ spot.nodes.reference
+        rates = simulation.problem.levels[spot.body].rates
+        arrays = [state(simulation, spot.body), *([rates["v"].x.array] if "v" in rates else [])]
+        self._arrays, self._places = arrays, self.dofs.ravel().astype(np.intp)
+        self._taken = np.zeros((STEPS, 2, self.dofs.size))
+
+    def take(self, row: int) -> None:
+        """Take the numbers of a step."""
+        for array, taken in zip(self._arrays, self._taken[row], strict=False):
+            array.take(self._places, out=taken, mode="clip")
+
+    def of(self, rows: slice) -> Floats:
+        """Reference, changes and rates in some steps, shape (k, 3, 1 + m, 3)."""
+        moved = self.shares @ self._taken[rows].reshape(-1, 2, *self.dofs.shape)
+        reference = np.broadcast_to(self._reference, (len(moved), 1, *self._reference.shape))
+        return np.concatenate([reference, moved], axis=1)
+
+
+def linear(spot: Spot) -> tuple[Int32s, Floats]:
+    """Dofs of vectors at the nodes of a spot, and their shares in its position and directors.
+
+    Args:
+        spot: The spot, at nodes whose positions and directors are unknowns.
+
+    Returns:
+        Dofs, shape (n (1 + m), 3), and shares, shape (1 + m, n (1 + m)).
+    """
+    assert isinstance(spot.nodes, Nodes)
+    u, w = spot.nodes.dofs
+    dofs = np.concatenate([u[:, None], w], axis=1)
+    count, size = dofs.shape[:2]
+    shares = np.einsum("n,jk->jnk", spot.weights, np.eye(size))
+    if spot.arms is not None:
+        shares[0, :, 1:] = spot.weights[:, None] * spot.arms
+    return dofs.reshape(-1, 3), shares.reshape(size, count * size)
 
 
 @dataclass(frozen=True)
@@ -173,26 +240,29 @@ class _Recorded:
 
     Args:
         probe: The probe.
-        reads: Give the part of this rank, between two steps: of its quantity, or of its pose and
-            that of a frame.
+        reads: Take the part of this rank in each step: of the pose of its point and of that of a
+            frame, or of its quantity.
         turns: Counts the turns of a rotation; None of other quantities.
-        later: Reads vectors of nodes for many steps at a time, and their weights; None: it is read
-            in each step.
     """
 
     probe: Probe
-    reads: tuple[Read, ...]
+    reads: tuple[SpotVectors | StepValues, ...]
     turns: WholeTurns | None = None
-    later: tuple[Reading, Floats] | None = None
 
-    def vector(self, found: Floats, frame: Floats | None = None) -> Floats:
-        """The quantity by what is read, shape (3,)."""
-        if frame is not None:
-            found = seen(self.probe.quantity, unpacked(found), unpacked(frame))
-        elif self.turns is not None:
-            pose = unpacked(found)
-            (found,) = rotation_vectors(pose.D[None], pose.d[None])
-        return found if self.turns is None else self.turns.count(found)
+    def column(self, parts: Sequence[Floats]) -> Floats:
+        """The component that is recorded, of some steps.
+
+        Args:
+            parts: What is read, of each of the steps, of all ranks.
+        """
+        if parts[0].ndim == 2:
+            found = parts[0]
+        else:
+            found = seen(self.probe.quantity, *map(posed, parts))
+        if self.turns is not None:
+            found = np.array([self.turns.count(vector) for vector in found])
+        part = self.probe.component
+        return np.sqrt(np.vecdot(found, found)) if part == "norm" else found[:, part]
 
 
 class Probes(DeferredObserver):
@@ -205,7 +275,6 @@ class Probes(DeferredObserver):
     def __init__(self) -> None:
         super().__init__()
         self._turns: dict[str, WholeTurns] = {}
-        self._kept: dict[str, Any] = {}
 
     @property
     def values(self) -> Row:
@@ -218,26 +287,21 @@ class Probes(DeferredObserver):
         Raises:
             SceneError: If there is no node at a probe's point.
         """
-        self._comm = simulation.model.comm
-        self._alone = self._comm.size == 1
         self._resultants: dict[str, Resultants] = {}
         probes = simulation.scene.probes
         for probe in probes:
             if probe.quantity == "rotation":
                 self._turns.setdefault(probe.name, WholeTurns())
         self._recorded = [self._find(simulation, probe) for probe in probes]
-        self._names = [probe.name for probe in probes]
-        # numbers of steps that vectors are read from later
-        self._later = {
-            k: (*each.later, np.zeros((STEPS, each.later[0].size)))
-            for k, each in enumerate(self._recorded)
-            if each.later is not None
-        }
-        self._at_once = {k: e for k, e in enumerate(self._recorded) if e.later is None}
-        # of each step: vectors, and the turns so far, which the next vectors have to be next to
-        self._vectors = np.zeros((STEPS, len(probes), 3))
-        self._counted: list[dict[str, Any]] = [{}] * STEPS
-        self.take_accepted(simulation, 0)
+        self._reads = [each for recorded in self._recorded for each in recorded.reads]
+        for each in self._reads:
+            each.take(0)
+        # numbers of all ranks, of what is read one behind the other
+        shapes = [each.of(slice(0, 1)).shape[1:] for each in self._reads]
+        ends = np.cumsum([0, *map(math.prod, shapes)]).tolist()
+        self._places = [slice(*pair) for pair in pairwise(ends)]
+        self._shapes, self._sums = shapes, SharedTable(simulation.model.comm, (ends[-1],))
+        self._sums.take(0, self._add)
         self.begin(*self.book_rows(slice(0, 1)))
 
     def _find(self, simulation: Simulation, probe: Probe) -> _Recorded:
@@ -250,20 +314,15 @@ class Probes(DeferredObserver):
             resultants, places = self._resultants[body.name], places_of(body, probe.at, who)
             nodes = [(local_nodes(body, at, who), share) for at, share in places]
             weights = resultants.weights(nodes)
-            return _Recorded(probe, (partial(resultants.at, weights, probe.quantity),))
-        spot, turns = spot_of(model, given.name, probe.at, who), self._turns.get(probe.name)
+            return _Recorded(probe, (StepValues(partial(resultants.at, weights, probe.quantity)),))
+        spots = [spot_of(model, given.name, probe.at, who)]
         if probe.frame is not None:
             # a reduced body is seen from its floating frame, and has coordinates for names there
             seen_from = next(p for p in model.scene.probes if p.name == probe.name)
             assert seen_from.frame is not None
-            frame = spot_of(model, seen_from.frame, seen_from.frame_at, who, framed=True)
-            reads = tuple(partial(each.pose, simulation) for each in (spot, frame))
-            return _Recorded(probe, reads, turns)
-        if turns is not None:
-            return _Recorded(probe, (partial(spot.pose, simulation),), turns)
-        read = spot.nodes.reader(simulation, probe.quantity, spot.arms)
-        later = (read, spot.weights) if isinstance(read, Reading) and self._alone else None
-        return _Recorded(probe, (lambda: spot.weights @ read(),), later=later)
+            spots.append(spot_of(model, seen_from.frame, seen_from.frame_at, who, framed=True))
+        reads = tuple(spot.reads(simulation) for spot in spots)
+        return _Recorded(probe, reads, self._turns.get(probe.name))
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Means over a step need its start, too."""
@@ -271,43 +330,33 @@ class Probes(DeferredObserver):
             resultants.solved()
 
     def take_accepted(self, simulation: Simulation, row: int) -> None:
-        """Take the vectors."""
-        for later, _, taken in self._later.values():
-            later.take(taken[row])
-        if not self._at_once:
-            return
-        found = [read() for each in self._at_once.values() for read in each.reads]
-        if not self._alone:
-            flat = np.concatenate(found)
-            self._comm.Allreduce(MPI.IN_PLACE, flat)
-            found = np.split(flat, np.cumsum([len(each) for each in found])[:-1])
-        numbers = iter(found)
-        for k, each in self._at_once.items():
-            self._vectors[row, k] = each.vector(*islice(numbers, len(each.reads)))
-        if self._turns:
-            self._counted[row] = {name: turns.state() for name, turns in self._turns.items()}
+        """Take what is read."""
+        for each in self._reads:
+            each.take(row)
+        self._sums.take(row, self._add)
+
+    def _add(self, rows: slice, sums: Floats) -> None:
+        """Add the parts of this rank in some steps."""
+        for each, place in zip(self._reads, self._places, strict=True):
+            sums[:, place] = each.of(rows).reshape(len(sums), -1)
 
     def book_rows(self, rows: slice) -> list[Row]:
-        """Take the components that are requested."""
-        self._kept = self._counted[rows][-1]
-        vectors = self._vectors[rows]
-        for k, (later, weights, taken) in self._later.items():
-            vectors[:, k] = weights @ later.of(taken[rows])
-        columns = []
-        for each, found in zip(self._recorded, vectors.swapaxes(0, 1), strict=True):
-            part = each.probe.component
-            column = np.sqrt(np.vecdot(found, found)) if part == "norm" else found[:, part]
-            columns.append(column.tolist())
-        every = zip(*columns, strict=True) if columns else ((),) * len(vectors)
-        return [dict(zip(self._names, row, strict=True)) for row in every]
+        """Find the components that are requested."""
+        sums, columns = self._sums.of(rows, self._add), dict[str, list[float]]()
+        every = zip(self._places, self._shapes, strict=True)
+        parts = iter([sums[:, place].reshape(-1, *shape) for place, shape in every])
+        for each in self._recorded:
+            found = each.column([*islice(parts, len(each.reads))])
+            columns[each.probe.name] = found.tolist()
+        each_step = zip(*columns.values(), strict=True) if columns else ((),) * len(sums)
+        return [dict(zip(columns, row, strict=True)) for row in each_step]
 
     def kept(self) -> dict[str, Any]:
         """The turns so far."""
-        return dict(self._kept)
+        return {name: turns.state() for name, turns in self._turns.items()}
 
     def take_up(self, state: dict[str, Any]) -> None:
         """Take them up."""
-        self._kept = dict(state)
         for name, turns in state.items():
             self._turns.setdefault(name, WholeTurns()).restore(turns)
 

@@ -182,6 +182,9 @@ class AccuracyOptions:
     Args:
         auto: Whether the scheme is chosen.
         body: The only body whose mesh is refined; None: all.
+        modes: Whether it is of natural modes, and not of a run.
+        loaded: Whether these are about the static equilibrium.
+        count: Number of modes at least.
 
     Raises:
         SceneError: If a number is not possible, or others are given without an accuracy.
@@ -205,6 +208,9 @@ class AccuracyOptions:
 
     auto: bool = False
     body: str | None = None
+    modes: bool = False
+    loaded: bool = False
+    count: int = 1
 
     def __post_init__(self) -> None:
         """Check what no scene checks."""

@@ -113,7 +113,7 @@ def test_a_moment_under_a_point_force_has_no_limit_and_others_have() -> None:
 def test_what_does_not_converge_ends_a_request(tmp_path: Path) -> None:
     levels: list[str] = []
     how = Running(MPI.COMM_WORLD, tell=levels.append)
-    asked = Target(1e-2, "m11_force:end")
+    asked = Target(accuracy=1e-2, of="m11_force:end")
     ended = Search(pushed((4, 4)), asked, Store(tmp_path, MPI.COMM_WORLD), how).run()
     assert not ended.met and len(ended.levels) == 2
     assert "m11_force:end does not converge" in ended.says

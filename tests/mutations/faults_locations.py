@@ -39,8 +39,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "velocities in a frame without its rotation",
         "shellmb/observers/probes.py",
-        "return np.asarray(d @ (point.v - frame.v) + frame.rate @ r)",
-        "return np.asarray(d @ (point.v - frame.v))",
+        "return along(d, point.v - frame.v) + along(frame.rate, R + moved)",
+        "return along(d, point.v - frame.v)",
         ("tests/observers/test_frames_of_probes.py::test_rates_are_those_of_the_values",),
     ),
     Fault(

@@ -51,8 +51,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "moment of a quadratic step's forces without their first moment in time",
         "shellmb/observers/forces/impulse.py",
-        "carrier.resultants(states[steps], whole,",
-        "carrier.resultants(states[steps] if self._first else 0 * states[steps], whole,",
+        "carrier.resultants(arms.of(steps), whole,",
+        "carrier.resultants(arms.of(steps) * float(self._first), whole,",
         (
             "tests/hard/test_spins.py::test_stiff_plate_spins_in_schemes_quadratic_in_time"
             "[True-ep4-0.0]",

@@ -23,7 +23,7 @@ from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json
 from shellmb.model.rank_consistency import of_first
 from shellmb.observers.summary import write_json
-from shellmb.options.run import ACCURACY
+from shellmb.options.run import ACCURACY, AccuracyOptions
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
 from shellmb.running.request import REQUEST, read_request
@@ -40,7 +40,7 @@ OWN = {LOCK, ACCURACY, REQUEST, LEVELS, PICTURE}
 
 
 def run_to_accuracy(
-    scene: Scene, wanted: Target, out: Path, how: Running, pictures: bool = True
+    scene: Scene, wanted: AccuracyOptions, out: Path, how: Running, pictures: bool = True
 ) -> Outcome:
     """Run levels of a scene until an error is met; the last one is the run in the directory.
 
@@ -60,10 +60,10 @@ def run_to_accuracy(
         Stopped: If a signal ended a level; those before it are kept.
     """
     comm = how.comm
-    wanted = _understood(scene, wanted, how)
+    requested = _understood(scene, Target(**vars(wanted)), how)
     with claimed(out, comm, new=False):
         stored, begun = of_first(comm, lambda: (_stored(out), _has_levels(out)))
-        other = "" if stored is None else _difference(stored, scene, wanted)
+        other = "" if stored is None else _difference(stored, scene, requested)
         if stored is None:
             refuse_used(out, comm)
         elif other and begun:
@@ -74,7 +74,7 @@ def run_to_accuracy(
         elif other and comm.rank == 0:
             # that request was refused, or ended in its first level
             shutil.rmtree(out / LEVELS, ignore_errors=True)
-        about: dict[str, Any] = asdict(wanted) | {"scene": fingerprint(scene), "met": None}
+        about: dict[str, Any] = asdict(requested) | {"scene": fingerprint(scene), "met": None}
         if comm.rank == 0:
             with written(out, comm):
                 _put_back(out, stored)
@@ -83,14 +83,14 @@ def run_to_accuracy(
                     write_json(out / REQUEST, how.request.to_dict())
         comm.Barrier()
         try:
-            search, outcome = _search(scene, wanted, out, how)
+            search, outcome = _search(scene, requested, out, how)
         except Stopped as error:
             says = f"{going_on(out, how)} repeats the level it was in"
             if is_temporary(out):
                 says = "nothing of it is left when Python ends; give out to go on later"
             raise Stopped(error.signal, says) from None
         size = search.size
-        found = offers(outcome.levels, wanted.accuracy, size, search.label)
+        found = offers(outcome.levels, requested.accuracy, size, search.label)
         about |= asdict(search.wanted) | {
             "met": outcome.met,
             "says": outcome.says,

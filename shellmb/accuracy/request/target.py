@@ -13,29 +13,15 @@ from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
 
 
-@dataclass(frozen=True)
-class Target:
+@dataclass(frozen=True, kw_only=True)
+class Target(AccuracyOptions):
     """An accuracy that is requested.
 
     Args:
         accuracy: The relative error.
-        of: The quantity as it is named; None: the first probe.
-        budget: Time after which no level begins [s]; None: there is no end.
-        auto: Whether the scheme is chosen.
-        body: The only body whose mesh is refined; None: all.
-        modes: Whether it is of natural modes, and not of a run.
-        loaded: Whether these are about the static equilibrium.
-        count: Number of modes at least.
     """
 
     accuracy: float
-    of: str | None = None
-    budget: float | None = None
-    auto: bool = False
-    body: str | None = None
-    modes: bool = False
-    loaded: bool = False
-    count: int = 1
 
     def quantity(self, scene: Scene, measures: bool = False) -> Quantity:
         """The quantity: a result, or a probe in the norm of its history that fits the scene.
@@ -104,13 +90,3 @@ def frequency_number(name: str | None) -> int | None:
     """
     found = re.fullmatch(r"f([1-9][0-9]*)", name or "")
     return None if found is None else int(found[1])
-
-
-def wanted_of(own: AccuracyOptions) -> Target:
-    """Request that follows from options.
-
-    Args:
-        own: The options.
-    """
-    assert own.accuracy is not None
-    return Target(own.accuracy, own.of, own.budget, own.auto, own.body)

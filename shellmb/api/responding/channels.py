@@ -23,7 +23,7 @@ from shellmb.observers.fields.modal import modal_members
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
-from shellmb.observers.probes import places_of, spot_of
+from shellmb.observers.probes import linear, places_of, spot_of
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Probe, Scene
@@ -313,20 +313,16 @@ def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
             every += weight * _resultant(state, body, at, probe, times)
         return dict(enumerate(every))
     spot = spot_of(state.model, given.name, probe.at, who)
-    assert isinstance(spot.nodes, Nodes)
-    u, w = (_numbers(state, spot.body)[dofs] for dofs in spot.nodes.dofs)
-    D = spot.nodes.values(_function(state, spot.body).x.array).directors
-    for k, share in enumerate(spot.weights):
-        match probe.quantity:
-            case "displacement" | "position" | "velocity":
-                row[u[k]] += share * axis
-                if spot.arms is not None:
-                    np.add.at(row, w[k], share * np.outer(spot.arms[k], axis))
-            case "director":
-                row[w[k, 0]] += share * axis
-            case "rotation" | "angular_velocity":
-                # `theta = sum d x w / 2`, of which `axis . (d x w) = (axis x d) . w`
-                np.add.at(row, w[k], share * np.cross(axis, D[k]) / 2)
+    numbers = _numbers(state, spot.body)
+    if probe.quantity in ("rotation", "angular_velocity"):
+        assert isinstance(spot.nodes, Nodes)
+        D = spot.nodes.values(_function(state, spot.body).x.array).directors
+        # `theta = sum d x w / 2`, of which `axis . (d x w) = (axis x d) . w`
+        turned = spot.weights[:, None, None] * np.cross(axis, D) / 2
+        np.add.at(row, numbers[spot.nodes.dofs[1]], turned)
+    else:
+        dofs, shares = linear(spot)
+        np.add.at(row, numbers[dofs], np.outer(shares[int(probe.quantity == "director")], axis))
     return dict(enumerate(every))
 
 

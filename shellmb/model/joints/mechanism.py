@@ -172,7 +172,7 @@ class Mechanism:
             f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
-        return found | self.efforts(problem)
+        return found | self.efforts(problem) | self.tracks(problem)
 
     def read(self, problem: Any) -> tuple[dict[Key, float], dict[Key, float]]:
         """Changes of all coordinates and their rates; collective."""
@@ -217,7 +217,7 @@ class Mechanism:
         found = {name: c.drive(problem) for name, c in self.drivers.items()}
         for group in (*self.lock_groups, *self.couplings):
             found |= group.columns(problem.state(group.name))
-        return found | self.tracks(problem)
+        return found
 
     def tracks(self, problem: Any) -> dict[str, float]:
         """Columns of contacts; collective."""

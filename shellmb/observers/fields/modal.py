@@ -25,7 +25,7 @@ from shellmb.model.reduced.floating_body import Modes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import MIDDLE, values_in_cells
 from shellmb.observers.fields.by_section import held_plies
-from shellmb.observers.fields.nodal import NodalValues, NodeGroup
+from shellmb.observers.fields.nodal import NodalValues
 from shellmb.observers.fields.resultants import LayerResultants, Resultants
 from shellmb.simulate.simulation import Simulation
 
@@ -92,7 +92,7 @@ class ModalState:
         return self.read(frames.x.array, modes.x.array)
 
 
-class ModalNodes(NodeGroup):
+class ModalNodes:
     """Nodes of a shell or beam in modes.
 
     Args:
@@ -108,7 +108,7 @@ class ModalNodes(NodeGroup):
         member, center = data.members[name], model.rigid.bodies[model.rigid.index[data.name]].center
         self.state = ModalState(model, data)
         X, D = member.body.mixed.nodes("u"), member.body.node_directors()
-        super().__init__(name, X[here], D[here])
+        self.name, self._X, self._D = name, X[here], D[here]
         self._arms, self._u, self._w = self._X - center, member.u[here], member.w[here]
 
     def shape(self, frame: Floats, eta: Floats) -> Floats:
@@ -120,10 +120,10 @@ class ModalNodes(NodeGroup):
         """
         return np.asarray(frame[:3] + self._arms @ frame[3:].reshape(3, 3) + self._u @ eta)
 
-    def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
-        """Values at the nodes, between two steps; collective; arguments as of `NodeGroup`."""
+    def now(self, simulation: Simulation) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation; collective."""
         frame, eta = self.state.now(simulation)
-        moved = moving and simulation.scheme.dynamic and "v" in simulation.scheme.rates
+        moved = simulation.scheme.dynamic and "v" in simulation.scheme.rates
         rates = self.state.now(simulation, "v") if moved else (0 * frame, 0 * eta)
         change, spin = frame[3:].reshape(3, 3), rates[0][3:].reshape(3, 3)
         d = np.eye(3) + change

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -80,9 +79,6 @@ class NodeSums:
         change = rows[n:, 4:].reshape(-1, 3 * directors)
         return float(np.vecdot(change, change).max(initial=0.0))
 
-
-# what of the nodal values takes rates
-RATES = {"velocity", "director_velocity", "angular_velocity"}
 
 type NodalBody = ShellModel | BeamModel | PlacedBody | RigidBodies
 
@@ -195,51 +191,7 @@ def nodal_values(simulation: Simulation, name: str) -> NodalValues:
     return Nodes(nodal_bodies(simulation.model)[name]).now(simulation)
 
 
-class NodeGroup:
-    """Nodes of a body whose values are requested again and again.
-
-    Args:
-        name: Name of the body.
-        X: Their reference positions, shape (n, 3), m.
-        D: Their directors in the reference, shape (n, m, 3).
-
-    Attributes:
-        name: Name of the body.
-    """
-
-    def __init__(self, name: str, X: Floats, D: Floats) -> None:
-        self.name, self._X, self._D = name, X, D
-
-    def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
-        """Values at the nodes, between two steps of a simulation; collective.
-
-        Args:
-            simulation: The simulation.
-            moving: Whether velocities are wanted; if not, they may be zero.
-        """
-        raise NotImplementedError
-
-    def reader(
-        self, simulation: Simulation, quantity: str, offsets: Floats | None = None
-    ) -> Callable[[], Floats] | Reading:
-        """Reads one quantity between two steps, shape (n, 3); collective.
-
-        Args:
-            simulation: The simulation.
-            quantity: Name of one of the `NodalValues`.
-            offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
-                None: the nodes themselves.
-        """
-        moving = quantity in RATES
-
-        def read() -> Floats:
-            values = self.now(simulation, moving)
-            return np.asarray(getattr(values if offsets is None else values.at(offsets), quantity))
-
-        return read
-
-
-class Nodes(NodeGroup):
+class Nodes:
     """Nodes whose positions and directors are unknowns.
 
     Args:
@@ -250,7 +202,7 @@ class Nodes(NodeGroup):
     def __init__(self, body: NodalBody, which: Int32s | None = None) -> None:
         here = slice(None) if which is None else which
         X, D = body.node_positions(), body.node_directors()
-        super().__init__(body.name, X[here], D[here])
+        self.name, self._X, self._D = body.name, X[here], D[here]
         dofs = body.mixed.dofs
         self._u = dofs["u"].reshape(-1, 3)[here]
         self._w = dofs["w"].reshape(D.shape)[here]
@@ -291,71 +243,13 @@ class Nodes(NodeGroup):
         reference = np.concatenate([self._X, self._D.reshape(-1, 3)])
         return NodeSums(dofs, reference, len(self._X))
 
-    def _dofs(self, simulation: Simulation) -> tuple[Floats, Floats | None]:
-        """Dofs of the body's state and of its rate, if it has one."""
+    @property
+    def reference(self) -> Floats:
+        """Position and directors of each in the reference, one behind the other, (n (1 + m), 3)."""
+        return np.concatenate([self._X[:, None], self._D], axis=1).reshape(-1, 3)
+
+    def now(self, simulation: Simulation) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation."""
         rates = simulation.problem.levels[self.name].rates
         v = np.asarray(rates["v"].x.array) if "v" in rates else None
-        return state(simulation, self.name), v
-
-    def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
-        """Values at the nodes, with velocities, which cost nothing; arguments as of `NodeGroup`."""
-        return self.values(*self._dofs(simulation))
-
-    def reader(
-        self, simulation: Simulation, quantity: str, offsets: Floats | None = None
-    ) -> Callable[[], Floats] | Reading:
-        """Reads one quantity, and no more than it takes; arguments as of `NodeGroup`."""
-        (q, v), none = self._dofs(simulation), np.zeros_like(self._X)
-        if quantity == "director" and offsets is None:
-            return Reading(q, self._w[:, 0], self._D[:, 0])
-        fixed = self._X if offsets is None else self._X + (offsets[:, None] @ self._D)[:, 0]
-        kinds = {"displacement": (q, none), "position": (q, fixed), "velocity": (v, none)}
-        array, start = kinds.get(quantity, (None, none))
-        if array is None:
-            return super().reader(simulation, quantity, offsets)
-        return Reading(array, self._u, start, None if offsets is None else self._w, offsets)
-
-
-class Reading:
-    """Vectors of nodes, or of points fixed to them, read from a local array between two steps.
-
-    Args:
-        array: The array.
-        dofs: Dofs of the nodes' vectors, shape (n, 3).
-        start: What is added, shape (n, 3).
-        directors: Dofs of the nodes' directors, shape (n, m, 3); None: points are the nodes.
-        offsets: Components of the points along these, shape (n, m).
-    """
-
-    def __init__(
-        self,
-        array: Floats,
-        dofs: Int32s,
-        start: Floats,
-        directors: Int32s | None = None,
-        offsets: Floats | None = None,
-    ) -> None:
-        self._array, self._start, self._weights = array, start, None
-        parts, self._count = [dofs.ravel()], len(dofs)
-        if directors is not None and offsets is not None:
-            parts.append(directors.ravel())
-            self._weights = offsets[:, None]
-        self._places = np.concatenate(parts).astype(np.intp)
-        self.size = len(self._places)
-
-    def take(self, to: Floats) -> None:
-        """Take the numbers that it is made of, shape (size,)."""
-        self._array.take(self._places, out=to, mode="clip")
-
-    def of(self, taken: Floats) -> Floats:
-        """Vectors from numbers that were taken, shape (..., n, 3) from (..., size)."""
-        n, shape = 3 * self._count, (*taken.shape[:-1], self._count)
-        found = self._start + taken[..., :n].reshape(*shape, 3)
-        if self._weights is not None:
-            m = self._weights.shape[2]
-            found += (self._weights @ taken[..., n:].reshape(*shape, m, 3))[..., 0, :]
-        return np.asarray(found)
-
-    def __call__(self) -> Floats:
-        """Vectors now."""
-        return self.of(self._array[self._places])
+        return self.values(state(simulation, self.name), v)

@@ -114,10 +114,8 @@ class ImpulseColumns:
     def __call__(self, simulation: Simulation) -> Row:
         """Impulses at the present state, N s and N m s; collective."""
         mechanism = simulation.model.mechanism
-        efforts = mechanism.efforts(self._impulses)
-        for track in mechanism.tracks(self._impulses):
-            del efforts[track]
-        return self._joints(partial(span_of_state, simulation)) | efforts
+        at = partial(span_of_state, simulation)
+        return self._joints(at) | mechanism.efforts(self._impulses)
 
 
 class BlowColumns(KeptColumns):
@@ -240,7 +238,7 @@ class EndForceColumns(KeptColumns):
 
     def _measured(self, simulation: Simulation) -> Row:
         mechanism, at = simulation.model.mechanism, partial(span_of_state, simulation)
-        efforts = mechanism.efforts(self._solution)
+        efforts = mechanism.efforts(self._solution) | mechanism.tracks(self._solution)
         efforts |= mechanism.elements(simulation.problem, simulation.t)
         return _ending(self._joints(at) | efforts | self._ends(at), AT_END)
 

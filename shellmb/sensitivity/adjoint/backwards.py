@@ -10,8 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.observers.fields.nodal import Nodes
-from shellmb.observers.probes import spot_of
+from shellmb.observers.probes import linear, spot_of
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
@@ -45,14 +44,9 @@ class Reading:
     def __init__(self, simulation: Simulation, probe: Probe) -> None:
         (given,) = simulation.scene.bodies_of(probe)
         spot = spot_of(simulation.model, given.name, probe.at, f"probe '{probe.name}'")
-        assert isinstance(spot.nodes, Nodes)
         self._key = spot.body, "v" if probe.quantity == "velocity" else "q"
-        (u, w), part = spot.nodes.dofs, int(probe.component)
-        self._dofs, self._weights = u[:, part], spot.weights
-        if spot.arms is not None:
-            arms = spot.weights[:, None] * spot.arms
-            self._dofs = np.concatenate([self._dofs, w[:, :, part].ravel()])
-            self._weights = np.concatenate([self._weights, arms.ravel()])
+        dofs, shares = linear(spot)
+        self._dofs, self._weights = dofs[:, int(probe.component)], shares[0]
 
     def add(self, covector: Covector, slope: float) -> None:
         """Add a derivative by what is read to the covector of a state."""

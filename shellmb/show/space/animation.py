@@ -14,6 +14,7 @@ from shellmb.files.writing import drafted
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.scenery import images, showing
+from shellmb.show.space.shapes import State
 from shellmb.show.space.views import Appearance
 
 if TYPE_CHECKING:
@@ -61,48 +62,27 @@ def animate(
     some = times[_evenly(len(times), min(len(times), at_most))]
     what = showing(fields, described, some.tolist(), field, component, appearance=appearance)
     left = None if budget is None else budget - (clock.perf_counter() - begin)
-    order = _Order(len(what.states), left)
-    drawn = list(images(what, WIDTH, (what.states[k] for k in order), finer=1))
-    pictures = dict(zip(order.requested, drawn, strict=True))
-    write([pictures[k] for k in order.kept], file)
+    kept, begins = list(range(len(what.states))), list[float]()
+    # when the first two are drawn, it is known how many there can be
+    tried = [] if left is None or len(kept) <= FEWEST else [0, _evenly(len(kept), FEWEST)[1]]
+    order = tried or kept.copy()
+
+    def states() -> Iterator[dict[str, State]]:
+        for k in order:
+            begins.append(clock.perf_counter())
+            yield what.states[k]
+
+    pictures = {}
+    for picture, k in zip(images(what, WIDTH, states(), finer=1), order, strict=False):
+        pictures[k] = picture
+        if left is not None and [*pictures] == tried:
+            now = clock.perf_counter()
+            each = STORED * (now - begins[1])
+            more = int((left - (now - begins[0])) / each) if each else len(kept)
+            kept = _evenly(len(kept), min(max(FEWEST, more), len(kept)))
+            order += [n for n in kept if n not in pictures]
+    write([pictures[k] for k in kept], file)
     return file
-
-
-class _Order:
-    """Order of the states drawn: when the first two are, it is known how many there can be.
-
-    Args:
-        count: How many there are.
-        budget: Time [s]; None: all are drawn.
-
-    Attributes:
-        requested: Numbers of those that were drawn, in the order in which they were.
-        kept: Numbers of those that are shown.
-    """
-
-    def __init__(self, count: int, budget: float | None) -> None:
-        self._budget = budget
-        self.requested: list[int] = []
-        self.kept: list[int] = list(range(count))
-
-    def __iter__(self) -> Iterator[int]:
-        if self._budget is not None and len(self.kept) > FEWEST:
-            few = _evenly(len(self.kept), FEWEST)
-            begin = clock.perf_counter()
-            yield self._ask(0)
-            first = clock.perf_counter()
-            yield self._ask(few[1])
-            last = clock.perf_counter()
-            each = STORED * (last - first)
-            more = int((self._budget - (last - begin)) / each) if each else len(self.kept)
-            self.kept = _evenly(len(self.kept), min(max(FEWEST, more), len(self.kept)))
-        for k in self.kept:
-            if k not in self.requested:
-                yield self._ask(k)
-
-    def _ask(self, k: int) -> int:
-        self.requested.append(k)
-        return k
 
 
 def _evenly(many: int, count: int) -> list[int]:
