@@ -273,10 +273,6 @@ class ReducedNumbers:
 
     def _spread(self, base: Floats, ids: Ints, values: Floats) -> Floats:
         """Rows of owned unknowns, replaced where nodes know better, at all local dofs."""
-        if self.full.serial:
-            out = base.copy()
-            out[ids] = values
-            return np.asarray(out[self.full.wanted])
         known = self.full.set(ids, np.ones(len(ids))) > 0.0
         merged = base.copy()
         for q in range(base.shape[1]):
