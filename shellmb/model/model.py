@@ -118,7 +118,7 @@ class Model:
         doubt_thickness(comm, self.meshed.values())
         doubt_slits(comm, self.shells)
         doubt_units(comm, scene, self.meshed.values())
-        doubt_natural(comm, scene.t_end or 1.0, self.meshed)
+        doubt_natural(comm, scene.t_end, self.meshed)
 
         own = build_own_bodies(scene, comm)
         self.own = {name: body for name, body in own.items() if isinstance(body, PlacedBody)}

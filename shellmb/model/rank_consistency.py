@@ -109,7 +109,7 @@ def _same_functions(scene: Scene, comm: MPI.Comm) -> None:
     Raises:
         SceneError: On all ranks, if one does.
     """
-    end = float(scene.t_end or 1.0)
+    end = scene.t_end
     own = [(f.path, f.trial(end)) for f in given_functions(scene)]
     first = comm.bcast(own)
     wrong = next((a for a, b in zip(first, own, strict=True) if not _close(a[1], b[1])), None)

@@ -275,7 +275,7 @@ class Problem:
             return self.load_factor
         if function is not None:
             return self.model.signals(function, t)
-        return 1.0 if self.scheme.dynamic else t / (self.model.scene.t_end or 1.0)
+        return 1.0 if self.scheme.dynamic else t / self.model.scene.t_end
 
     @cached_property
     def _natural(self) -> list[NaturalStress]:

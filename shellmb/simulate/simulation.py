@@ -182,7 +182,7 @@ class Simulation(Restartable):
 
     def _size(self) -> StepSize:
         """Make what chooses the step."""
-        control, dt = self.scene.step_control, float(self.scene.dt or 0.0)
+        control, dt = self.scene.step_control, self.scene.dt
         if self.scene.path is not None:
             return ArcSize(control, dt)
         if control.step_error is None:

@@ -20,7 +20,10 @@ RANDOM = np.random.default_rng(3)
 def tangent(d: np.ndarray) -> np.ndarray:
     """Basis of the null space of the constraints at directors, shape (n, 3 k, m)."""
     none, dofs, first = np.zeros(len(d), bool), np.arange(d.size).reshape(d.shape), np.eye(4)[0]
-    return NodeBases("bases", (2, 1), none, dofs, d, [np.zeros(d.size)] * 4, [first, first])()[0]
+    values, weights = [np.zeros(d.size)] * 4, [first, first]
+    made = NodeBases("bases", (2, 1), none, dofs, d, values, weights)
+    made()
+    return made.found[0]
 
 
 def some(k: int, n: int = 20) -> np.ndarray:

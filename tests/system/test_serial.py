@@ -165,7 +165,8 @@ def test_bases_of_directors(simulation) -> None:
     nodes, fields = simulation.problem.iteration.nodes, simulation.problem.system.fields
     assert any(of_field.held.any() for of_field in nodes.sets.values())
     for of_field in nodes.sets.values():
-        right, left, forces, *_ = of_field.bases(fields, {})
+        of_field.renew(fields)
+        right, left, forces, *_ = of_field.made
         free, C = ~of_field.held, constraint(of_field.mean(fields))
         for basis, rows in ((right, constraint(of_field.at(fields))), (left, C)):
             assert np.allclose((rows @ basis)[free], 0.0, atol=1e-13)

@@ -34,10 +34,10 @@ static ALWAYS void transpose(lanes *v)
     }
 }
 
-/* Whether LANES places follow one another. */
-static int in_line(const int *place)
+/* Whether places follow one another. */
+static int in_line(int count, const int *place)
 {
-    for (int q = 1; q < LANES; ++q)
+    for (int q = 1; q < count; ++q)
         if (place[q] != place[0] + q)
             return 0;
     return 1;
@@ -51,7 +51,7 @@ static void take_apart(int rows, int columns, const lanes *from, const int *row_
 {
     int squares[columns];
     for (int j = 0; j < columns; ++j)
-        squares[j] = j + LANES <= columns && in_line(column_place + j);
+        squares[j] = j + LANES <= columns && in_line(LANES, column_place + j);
     /* row by row, so that what is written follows what was written before */
     for (int i = 0; i < rows; ++i, from += columns) {
         double *row = out + (size_t)row_place[i] * stride;

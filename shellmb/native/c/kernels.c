@@ -65,10 +65,13 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         take_apart(m, width, (lanes *)work.A, rows, columns, count, k->adds, out, apart, stride);
         return;
     }
+    const int beside = in_line(width, columns);
     for (int i = 0; i < m; ++i) {
         const double *restrict from = work.A + i * width;
         double *restrict to = out + (size_t)rows[i] * stride;
-        for (int j = 0; j < width; ++j)
+        for (int j = 0; beside && j < width; ++j)
+            to[columns[0] + j] += from[j];
+        for (int j = 0; !beside && j < width; ++j)
             to[columns[j]] += from[j];
     }
 }

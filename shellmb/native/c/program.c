@@ -136,70 +136,6 @@ static void NAME(operate)(const Stage *s, int from, int to, V *const *base, int 
     }
 }
 
-/* Sums of values of n components times those of m test functions, of all derivatives and points. */
-static INLINED void NAME(block)(int m, int n, const Rule *r, const Dense *g, size_t at, int column, int count,
-                                V *const *base, V *A)
-{
-    V sum[4][3], *to[3];
-    _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
-        to[j] = A + g->place[column + j];
-    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
-        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
-            sum[i][j] = to[j][i * g->stride];
-    for (int k = 0; k < g->rows; ++k) {
-        const double *t = r->tables[g->table[k]].dense + at;
-        const V *value[3];
-        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
-            value[j] = AT(g->of[k * g->columns + column + j]);
-        for (int p = 0; p < count; ++p, t += g->nodes)
-            _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
-                _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
-                    sum[i][j] += t[i] * value[j][p];
-    }
-    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
-        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
-            to[j][i * g->stride] = sum[i][j];
-}
-
-/* A sum over the points of values times those of test functions. */
-static void NAME(vector)(const Rule *r, int entity, int from, int count, V *const *base, V *A)
-{
-    for (int o = 0; o < r->rows; ++o) {
-        const Row *row = r->row + o;
-        const V *value = AT(row->of);
-        if (row->table < 0) {
-            for (int p = 0; p < count; ++p)
-                A[0] += value[p];
-            continue;
-        }
-        const Table *t = r->tables + row->table;
-        const int *begin = t->begin + entity * r->points + from;
-        V *to = A + row->first;
-        for (int p = 0; p < count; ++p)
-            for (int e = begin[p]; e < begin[p + 1]; ++e)
-                to[t->node[e] * row->stride] += t->value[e] * value[p];
-    }
-    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g) {
-        size_t at = (size_t)(entity * r->points + from) * g->nodes;
-        for (int node = 0, m; node < g->nodes; node += m) {
-            int left = g->nodes - node;
-            m = left < 3 ? 1 : left == 4 || left == 8 ? 4 : 3;
-            for (int c = 0, n; c < g->columns; c += n) {
-                n = g->columns - c < 3 ? 1 : 3;
-                V *to = A + node * g->stride;
-                switch (FIXED ? 10 * m + n : 0) {
-                case 11: NAME(block)(1, 1, r, g, at + node, c, count, base, to); break;
-                case 13: NAME(block)(1, 3, r, g, at + node, c, count, base, to); break;
-                case 31: NAME(block)(3, 1, r, g, at + node, c, count, base, to); break;
-                case 33: NAME(block)(3, 3, r, g, at + node, c, count, base, to); break;
-                case 41: NAME(block)(4, 1, r, g, at + node, c, count, base, to); break;
-                default: NAME(block)(FIXED ? 4 : m, FIXED ? 3 : n, r, g, at + node, c, count, base, to);
-                }
-            }
-        }
-    }
-}
-
 /* Products of test and trial functions with few values at a point. */
 static void NAME(sparse)(const Rule *r, int entity, int from, int count, V *const *base,
                          int columns, V *A)
@@ -302,14 +238,16 @@ static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, in
         }
 }
 
-/* Products of test functions with all that is beside them. */
-static void NAME(dense)(const Rule *r, const Dense *g, int entity, int columns, const V *right, double *left, V *A)
+/* Products of test functions at so many points, from one on, with all that is beside them: those of a matrix,
+ * or the values themselves. */
+static ALWAYS void NAME(dense)(const Rule *r, const Dense *g, int first, int count, int columns, const V *right,
+                        double *left, V *A)
 {
-    int N = g->nodes, K = r->points * g->rows;
-    for (int p = 0; p < r->points; ++p)
+    int N = g->nodes, K = count * g->rows;
+    for (int p = 0; p < count; ++p)
         for (int k = 0; k < g->rows; ++k)
             memcpy(left + (size_t)(p * g->rows + k) * N,
-                   r->tables[g->table[k]].dense + (size_t)(entity * r->points + p) * N, sizeof(double) * N);
+                   r->tables[g->table[k]].dense + (size_t)(first + p) * N, sizeof(double) * N);
     for (int i = 0; i < N;) {
         V *rows[4];
         int some = N - i < 3 ? 1 : N - i == 4 ? 4 : 3;
@@ -317,8 +255,8 @@ static void NAME(dense)(const Rule *r, const Dense *g, int entity, int columns, 
             rows[k] = A + (size_t)(g->first + (i + k) * g->stride) * columns;
         const V *from = right;
         const int *place = g->place;
-        for (int h = 0; h < g->blocks; ++h) {
-            int M = g->block[h];
+        for (int h = 0; h < (g->blocks ? g->blocks : 1); ++h) {
+            int M = g->blocks ? g->block[h] : g->columns;
             switch (FIXED ? some : 0) {
             case 1: TILES(1) break;
             case 3: TILES(3) break;
@@ -328,6 +266,34 @@ static void NAME(dense)(const Rule *r, const Dense *g, int entity, int columns, 
             place += M;
         }
         i += some;
+    }
+}
+
+/* A sum over the points of values times those of test functions. */
+static void NAME(vector)(const Rule *r, int entity, int from, int count, V *const *base, V *A)
+{
+    for (int o = 0; o < r->rows; ++o) {
+        const Row *row = r->row + o;
+        const V *value = AT(row->of);
+        if (row->table < 0) {
+            for (int p = 0; p < count; ++p)
+                A[0] += value[p];
+            continue;
+        }
+        const Table *t = r->tables + row->table;
+        const int *begin = t->begin + entity * r->points + from;
+        V *to = A + row->first;
+        for (int p = 0; p < count; ++p)
+            for (int e = begin[p]; e < begin[p + 1]; ++e)
+                to[t->node[e] * row->stride] += t->value[e] * value[p];
+    }
+    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g) {
+        V right[count * g->rows * g->columns], *to = right;
+        double left[count * g->rows * g->nodes];
+        for (int p = 0; p < count; ++p)
+            for (int k = 0; k < g->rows * g->columns; ++k)
+                *to++ = AT(g->of[k])[p];
+        NAME(dense)(r, g, entity * r->points + from, count, 1, right, left, A);
     }
 }
 
@@ -429,7 +395,7 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
             }
         }
         for (int g = 0; program->rank == 2 && g < r->denses; ++g)
-            NAME(dense)(r, r->dense + g, e, program->columns, right + r->dense[g].right, left, A);
+            NAME(dense)(r, r->dense + g, e * r->points, r->points, program->columns, right + r->dense[g].right, left, A);
     }
 }
 #undef AT

@@ -37,7 +37,7 @@ typedef struct {
     int first, stride, nodes, rows, columns, width;
     const int *table;          /* (rows,) */
     const int *column, *last;  /* table of each column, and the end of those of its component, (columns,) */
-    int blocks;                /* columns of one component stand together */
+    int blocks;                /* columns of one component stand together; 0: all columns of a vector */
     const int *block;          /* how many they are, (blocks,) */
     const int *of;             /* registers, -1 for none, (rows, columns) */
     const int *place;          /* columns of the matrix, (width,) */

@@ -139,7 +139,7 @@ class Control(Restartable):
     def __init__(self, scene: Scene, signals: Signals) -> None:
         self._signals = signals
         self.samplers = [Sampler(law) for law in scene.controllers]
-        self.watches = [Watch(event, float(scene.dt or 0.0)) for event in scene.all_events]
+        self.watches = [Watch(event, scene.dt) for event in scene.all_events]
         self.ended: str | None = None
         self._sensors, self._active = scene.sensors, bool(self.samplers or self.watches)
         self._readings: Readings | None = None

@@ -81,7 +81,7 @@ class Landing:
     """
 
     def __init__(self, scene: Scene, events: Iterable[float]) -> None:
-        self._nominal = float(scene.dt or 0.0)
+        self._nominal = scene.dt
         self._corners = tuple(corners(scene) if scene.step_control.step_error is not None else ())
         self.times = tuple(sorted({*events, *scene.step_control.times, *self._corners}))
 

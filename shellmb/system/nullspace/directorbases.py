@@ -3,11 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.native import library as native
+
+
+class Bases(NamedTuple):
+    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
+
+    Args:
+        right: Increments, shape (n, 3 k, m).
+        left: Test vectors, shape (n, 3 k, m).
+        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
+        right_other: Of rates, their change with the increments of the state, shape (n, 3 k, m).
+        left_other: Over a path, tests of the field in the equations of the other one.
+        forces_other: Over a path, what makes multipliers of the other field of forces.
+    """
+
+    right: Floats
+    left: Floats
+    forces: Floats
+    right_other: Floats | None = None
+    left_other: Floats | None = None
+    forces_other: Floats | None = None
 
 
 class NodeBases:
@@ -53,7 +74,6 @@ class NodeBases:
         self._loop = getattr(native.cells().lib, loop)
         self._arguments = nodes, size // 3, *where, out
 
-    def __call__(self) -> list[Floats]:
-        """Bases at the current state; overwritten by the next call."""
+    def __call__(self) -> None:
+        """Find them at the current state."""
         self._loop(*self._arguments)
-        return self.found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,9 +11,8 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.native import library as native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
-from shellmb.system.nullspace.directorbases import NodeBases
+from shellmb.system.nullspace.directorbases import Bases, NodeBases
 from shellmb.system.nullspace.directorpath import (
-    Half,
     MasslessPath,
     PathBases,
     PathDirectors,
@@ -50,28 +49,6 @@ class _Partial(NamedTuple):
     size: int
 
 
-class Bases(NamedTuple):
-    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
-
-    Args:
-        right: Increments, shape (n, 3 k, m).
-        left: Test vectors, shape (n, 3 k, m).
-        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
-        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
-        left_other: Over a path, tests of the field in the equations of the other one.
-        forces_other: Over a path, what makes multipliers of the other field of forces.
-        rates: Over a path, of the states: what the velocities have of the bases of a pair.
-    """
-
-    right: Floats
-    left: Floats
-    forces: Floats
-    state: Floats | None
-    left_other: Floats | None = None
-    forces_other: Floats | None = None
-    rates: Half | None = None
-
-
 class DirectorNodes:
     """The nodes of one field that this rank owns.
 
@@ -84,9 +61,12 @@ class DirectorNodes:
         dofs: Local dofs, shape (n, 3 k).
         multipliers: Local dofs of the multipliers, shape (n, c).
         free: Number of directions that are left, shape (n,).
+        made: Bases, once `bases` has made them.
         settled: Whether finite rotations have kept the constraints since they were last found to
             hold.
     """
+
+    made: Bases
 
     def __init__(self, field: Field, keep: Bools, held: Bools) -> None:
         declared = field.directors
@@ -102,8 +82,8 @@ class DirectorNodes:
         self.values = field.function.x.array
         self.settled = False
         self.partial = self._partial()
-        self._bases: NodeBases | None = None
-        self._of_path: PathBases | None = None
+        # none of velocities over a path: those of the state are theirs, too
+        self._loop: NodeBases | None = None
 
     @property
     def rates(self) -> DirectorRates | None:
@@ -187,63 +167,60 @@ class DirectorNodes:
             return self.mean(fields)
         return self.now()
 
-    def bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
-        """Bases at the current state of all fields.
+    def bases(self, fields: Sequence[Field], others: Mapping[int, DirectorNodes]) -> Bases:
+        """Make bases, whose numbers `renew` fills in.
 
         Args:
             fields: All fields.
-            found: Bases of the fields before this one.
+            others: Nodes of the fields before this one, which have theirs.
         """
-        if self.path is not None:
-            return self._path_bases(fields, found)
-        if self._bases is None:
-            self._bases = self._new_bases(fields)
-        left, right, forces = self._bases()
+        if self.path is None:
+            self._loop = made = self._new_bases(fields)
+            left, right, forces = made.found
+            self.made = Bases(right, left, forces)
+            if self.rates is not None:
+                self._of_state = others[self.rates.state].made
+                self.made = self.made._replace(right_other=np.zeros_like(right))
+        elif self.state is None:
+            self._loop = path = self._path_loop(fields)
+            self.made, self._of_rates = path.halves
+        else:
+            self.made = others[self.state]._of_rates
+        return self.made
+
+    def renew(self, fields: Sequence[Field]) -> None:
+        """Find the bases at the current state of all fields, those of a state before its rates'."""
+        if self._loop is not None:
+            self._loop()
         if self.partial:
-            mean, at = self.mean(fields), self.at(fields)
-            C_mean = constraint(mean)
+            (self._renew_partial if self.path is None else self._renew_partial_path)(fields)
+        if self.made.right_other is not None and self.path is None:
+            # C(d) b = C(b) d, and the mean directors move by half of the state's increments
+            rate = constraint(self.field.function.x.array[self.dofs])
+            self.made.right_other[:] = -0.5 * self.made.forces @ (rate @ self._of_state.right)
+
+    def _renew_partial(self, fields: Sequence[Field]) -> None:
+        """Bases of nodes of which some components are fixed."""
+        mean, at, forces = self.mean(fields), self.at(fields), self.made.forces
+        C_mean = constraint(mean)
         for node, free, size in self.partial:
             extra = np.eye(len(free))[~free]
-            for d, basis in ((mean, left), (at, right)):
+            for d, basis in ((mean, self.made.left), (at, self.made.right)):
                 rows = np.concatenate([constraint(d[node : node + 1])[0], extra])
                 basis[node] = 0.0
                 basis[node, :, :size] = null_space(rows, size)
             # forces at fixed components hold them
             forces[node] = 0.0
             forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
-        state = None
-        if self.rates is not None:
-            # C(d) b = C(b) d, and the mean directors move by half of the state's increments
-            rate = constraint(self.field.function.x.array[self.dofs])
-            state = -0.5 * forces @ (rate @ found[self.rates.state].right)
-        return Bases(right, left, forces, state)
 
-    @property
-    def renewals(self) -> Sequence[Callable[[], object]] | None:
-        """Functions that compute the last bases anew in place; None: they have other places."""
-        if self.partial or self.rates is not None:
-            return None
-        return [made for made in (self._bases, self._of_path) if made is not None]
-
-    def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
-        """Bases of a step that is quadratic in time; those of a pair are found together."""
-        which, rates = 0 if self.state is None else 1, None
-        if self.state is None:
-            if self._of_path is None:
-                self._of_path = self._path_loop(fields)
-            self._of_path()
-            half, rates = self._of_path.halves
-        else:
-            kept = found[self.state].rates
-            assert kept is not None
-            half = kept
+    def _renew_partial_path(self, fields: Sequence[Field]) -> None:
+        """Bases of such nodes over a step that is quadratic in time."""
+        along, which = self.along(fields), 0 if self.state is None else 1
         for node, free, size in self.partial:
-            one = self.along(fields).of(node)
-            for part, values in zip(half, partial_bases(one, free, size)[which], strict=True):
-                part[node] = values
-        state = None if which == 0 else half.right_other
-        others = half.left_other, half.forces_other
-        return Bases(half.right, half.left, half.forces, state, *others, rates)
+            found = partial_bases(along.of(node), free, size)[which]
+            for part, values in zip(self.made, found, strict=True):
+                if part is not None:
+                    part[node] = values
 
     def _new_bases(self, fields: Sequence[Field]) -> NodeBases:
         """Bases tangent where forces act and where increments are."""

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Int32s
-from shellmb.system.nullspace.directorbases import NodeBases
+from shellmb.system.nullspace.directorbases import Bases, NodeBases
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,
@@ -32,26 +32,6 @@ from shellmb.system.nullspace.directors import (
     pseudo_inverse,
     violation,
 )
-
-
-class Half(NamedTuple):
-    """Part of the bases of a pair that one of both fields has.
-
-    Args:
-        right: Increments of the field with its own, shape (n, 3 k, m).
-        right_other: The same with those of the other field.
-        left: Tests of the field in its own equations.
-        left_other: The same in the other's.
-        forces: What makes its own multipliers of its forces, shape (n, 3 k, c).
-        forces_other: What makes those of the other field of them.
-    """
-
-    right: Floats
-    right_other: Floats
-    left: Floats
-    left_other: Floats
-    forces: Floats
-    forces_other: Floats
 
 
 class PathDirectors(NamedTuple):
@@ -191,8 +171,8 @@ class PathBases(NodeBases):
         super().__init__("path_bases", (7, 4), held, dofs, reference, values, weights)
         T, T_v, along, left, other, left_v, other_v, *forces = self.found
         self.halves = (
-            Half(T, np.zeros_like(T), left, other, forces[0], forces[1]),
-            Half(T_v, along, left_v, other_v, forces[2], forces[3]),
+            Bases(T, left, forces[0], None, other, forces[1]),
+            Bases(T_v, left_v, forces[2], along, other_v, forces[3]),
         )
 
 
@@ -204,7 +184,7 @@ def _weights(kind: type[PathDirectors], alpha: float) -> list[Floats]:
     return [path.end, *path.rate_rows(), *after]
 
 
-def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Half]:
+def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Bases, Bases]:
     """Bases of one node, of which only some components are free, `size` directions in all.
 
     Args:
@@ -231,8 +211,8 @@ def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Ha
     inverse[every] = any_pseudo_inverse(G[:, every])
     left, other = np.zeros((2 * n, m)), np.zeros((2 * n, m))
     left[:, :size], other[:, :size] = Y[:, :size], Y[:, size:]
-    states = Half(T, 0 * T, left[:n], other[:n], inverse[:n, :c], inverse[:n, c:])
-    rates = Half(T_v, along, other[n:], left[n:], inverse[n:, c:], inverse[n:, :c])
+    states = Bases(T, left[:n], inverse[:n, :c], None, other[:n], inverse[:n, c:])
+    rates = Bases(T_v, other[n:], inverse[n:, c:], along, left[n:], inverse[n:, :c])
     return states, rates
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -16,7 +16,6 @@ from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import MeshCells
 from shellmb.system.couplings import MatrixPlaces
-from shellmb.system.nullspace.directornodes import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.prolongation import RowMap
 
@@ -77,10 +76,6 @@ class ReducedNumbers:
         self.own[local[mine][::-1]] = mine[::-1]
         self._lib = native.cells().lib
         self._given = np.zeros(len(local))
-        # what was put into the tables, and what C is called with for it
-        self._put: tuple[list[Floats], Any] = [], native.CArrays().ffi.NULL
-        # what computes them anew in place, where all of them are; none before they are first known
-        self._renewals: list[Callable[[], object]] = []
         # nodes that may have to be brought back to their constraints
         self._loose = [
             (k, s)
@@ -278,10 +273,6 @@ class ReducedNumbers:
 
     def _spread(self, base: Floats, ids: Ints, values: Floats) -> Floats:
         """Rows of owned unknowns, replaced where nodes know better, at all local dofs."""
-        if self.full.serial:
-            out = base.copy()
-            out[ids] = values
-            return np.asarray(out[self.full.wanted])
         known = self.full.set(ids, np.ones(len(ids))) > 0.0
         merged = base.copy()
         for q in range(base.shape[1]):
@@ -293,40 +284,33 @@ class ReducedNumbers:
 
     def update(self) -> None:
         """Bases of the tangent spaces at the current state of all fields."""
-        if self._renewals:
-            # the rows are where they were put from before
-            for renew in self._renewals:
-                renew()
-            self._lib.put_rows(len(self._put[0]), self._put[1])
-            return
-        found: dict[int, Bases] = {}
-        for k, nodes in self.nodes.items():
-            found[k] = nodes.bases(self.fields, found)
-        rows = list(self._rows_of(found))
+        rows = self._node_rows
+        for nodes in self.nodes.values():
+            nodes.renew(self.fields)
         if self.full.serial:
-            self._put_rows(rows)
-            made = [nodes.renewals for nodes in self.nodes.values()]
-            if None not in made:
-                self._renewals = [renew for some in made for renew in some or ()]
+            self._lib.put_rows(*self._put)
             return
         for row in rows:
             by = None if row.multipliers is None else self._divisors(row.multipliers)[:, None, :]
             self._put_shared(row if by is None else row._replace(values=row.values / by))
 
-    def _rows_of(self, found: Mapping[int, Bases]) -> Iterator[NodeRows]:
-        """List the rows that bases have for the tables."""
+    @cached_property
+    def _node_rows(self) -> list[NodeRows]:
+        """The rows that bases have for the tables."""
         left, right, forces = self.left.values, self.right.values, self.forces.values
-        for k, b in found.items():
-            yield NodeRows(left, k, b.left)
-            yield NodeRows(right, k, b.right)
-            yield NodeRows(forces, k, b.forces, multipliers=k)
-            if b.state is not None:
-                yield NodeRows(right, k, b.state, self._split)
+        rows = []
+        for k, nodes in self.nodes.items():
+            b = nodes.bases(self.fields, self.nodes)
+            rows += [NodeRows(left, k, b.left), NodeRows(right, k, b.right)]
+            rows.append(NodeRows(forces, k, b.forces, multipliers=k))
+            if b.right_other is not None:
+                rows.append(NodeRows(right, k, b.right_other, self._split))
             if b.left_other is not None:
-                yield NodeRows(left, k, b.left_other, self._split)
+                rows.append(NodeRows(left, k, b.left_other, self._split))
             if b.forces_other is not None:
-                partner = self.nodes[k].partner
-                yield NodeRows(forces, k, b.forces_other, self._split_forces, partner)
+                first, partner = self._split_forces, nodes.partner
+                rows.append(NodeRows(forces, k, b.forces_other, first, partner))
+        return rows
 
     def _divisors(self, partner: int) -> Floats:
         """Forces of multipliers of size one, of a field's nodes, shape (n, c)."""
@@ -351,17 +335,12 @@ class ReducedNumbers:
         first, shape = self._first[k], self.nodes[k].multipliers.shape
         return values[first : first + shape[0] * shape[1]].reshape(shape)
 
-    def _put_rows(self, rows: Sequence[NodeRows]) -> None:
-        """Give the rows of nodes' unknowns new values, in one process; all others keep theirs."""
-        parts, made = self._put
-        same = len(parts) == len(rows)
-        if not same or any(a is not b.values for a, b in zip(parts, rows, strict=True)):
-            pointer = native.CArrays()
-            rows = [row._replace(values=np.ascontiguousarray(row.values)) for row in rows]
-            made = pointer.many("RowsToPut", [self._to_put(pointer, row) for row in rows])
-            # nothing else keeps the pointers
-            self._put, self._pointers = ([row.values for row in rows], made), pointer
-        self._lib.put_rows(len(rows), made)
+    @cached_property
+    def _put(self) -> tuple[int, Any]:
+        """For C, the rows, which one process puts at once."""
+        self._pointers = pointer = native.CArrays()
+        rows = [self._to_put(pointer, row) for row in self._node_rows]
+        return len(rows), pointer.many("RowsToPut", rows)
 
     def _to_put(self, pointer: CArrays, row: NodeRows) -> dict[str, Any]:
         """Rows of a table for C."""
