@@ -12,6 +12,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
 import basix.ufl
 import numpy as np
 import ufl
