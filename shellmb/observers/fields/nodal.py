@@ -25,10 +25,14 @@ class NodeSums:
         dofs: Of vectors of three: positions and what turns with the body, shape (n, 3).
         reference: Their values where the dofs are zero, shape (n, 3).
         positions: How many of them are positions.
+        sized: Of how many of them sizes of forces are added up; None: of positions.
     """
 
-    def __init__(self, dofs: Ints, reference: Floats, positions: int) -> None:
+    def __init__(
+        self, dofs: Ints, reference: Floats, positions: int, sized: int | None = None
+    ) -> None:
         self._dofs, self._reference, self._positions = dofs, reference, positions
+        self._sized = positions if sized is None else sized
         # one, what is there in the middle of a step, and what it changes by, side by side
         self._rows = np.ones((len(dofs), 7))
 
@@ -49,12 +53,12 @@ class NodeSums:
             some = slice(begin, begin + at_once)
             force = (counted * forces[some]).take(self._dofs, axis=1)
             x = whole * self._reference + q[some].take(self._dofs, axis=1)
-            on_positions = force[:, : self._positions]
-            found[some, :3] = on_positions.sum(axis=1)
+            found[some, :3] = force[:, : self._positions].sum(axis=1)
             products = x.swapaxes(1, 2) @ force
             turning = products - products.swapaxes(1, 2)
             found[some, 3:6] = turning[:, (1, 2, 0), (2, 0, 1)]
-            found[some, 6] = np.sqrt(np.vecdot(on_positions, on_positions)).sum(axis=1)
+            sized = force[:, : self._sized]
+            found[some, 6] = np.sqrt(np.vecdot(sized, sized)).sum(axis=1)
         return found
 
     def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:

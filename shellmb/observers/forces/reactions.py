@@ -12,7 +12,7 @@ from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
 from shellmb.model.reduced.floating_body import OnArms
 from shellmb.observers.deferred_observer import StepValues
-from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
+from shellmb.observers.fields.nodal import NodalBody, Nodes, NodeSums, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.meshgroups import residuals_of_field
@@ -86,9 +86,7 @@ class HeldForces:
         def where(body: str) -> slice:
             return problem.system.numbering.slice(problem.number(body, stage))
 
-        self.carriers: list[Carrier | ArmCarrier] = [
-            Carrier(body, where(name)) for name, body in nodal_bodies(model).items()
-        ]
+        self.carriers = [Carrier(body, where(name)) for name, body in nodal_bodies(model).items()]
         on_arms = (body for body in model.bodies if isinstance(body, OnArms))
         self.carriers += [ArmCarrier(body, where(body.name)) for body in on_arms]
         self._planes = [
@@ -169,7 +167,7 @@ class Carrier:
         return found[..., :6], found[..., 6].sum(axis=0)
 
 
-class ArmCarrier:
+class ArmCarrier(Carrier):
     """Arms of a body in modes that forces act on: they turn with it, and do not move with it.
 
     Args:
@@ -178,20 +176,7 @@ class ArmCarrier:
     """
 
     def __init__(self, body: OnArms, where: slice) -> None:
-        self.name, self._where, self._dofs = body.name, where, body.mixed.dofs["u"]
-        self._rest = body.arms[body.nodes.item]
-
-    def resultants(
-        self, q: Floats, whole: float, forces: Sequence[Floats], nodes: Bools | None = None
-    ) -> tuple[Floats, Floats]:
-        """Moments of several sets of forces in some steps, as of `Carrier`."""
-        count = len(q)
-        found, gross = np.zeros((len(forces), count, 6)), np.zeros(count)
-        x = whole * self._rest + q[:, self._dofs].reshape(count, -1, 3)
-        for rows, values in zip(found, forces, strict=True):
-            # in one order, however many steps there are: others give sums with another last digit
-            force = np.ascontiguousarray(values[:, self._where][:, self._dofs])
-            force = force.reshape(count, -1, 3)
-            rows[:, 3:] = np.cross(x, force).sum(axis=1)
-            gross += np.linalg.norm(force, axis=2).sum(axis=1)
-        return found, gross
+        self.name, self._where = body.name, where
+        dofs = np.reshape(body.mixed.dofs["u"], (-1, 3)).astype(np.int64)
+        self._sums = NodeSums(dofs, body.arms[body.nodes.item], 0, len(dofs))
+        self._counted = np.ones(where.stop - where.start)
