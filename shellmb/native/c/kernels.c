@@ -69,10 +69,13 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
     for (int i = 0; i < m; ++i) {
         const double *restrict from = work.A + i * width;
         double *restrict to = out + (size_t)rows[i] * stride;
-        for (int j = 0; beside && j < width; ++j)
-            to[columns[0] + j] += from[j];
-        for (int j = 0; !beside && j < width; ++j)
-            to[columns[j]] += from[j];
+        /* apart, or the compiler would take no vectors */
+        if (beside)
+            for (int j = 0; j < width; ++j)
+                to[columns[0] + j] += from[j];
+        else
+            for (int j = 0; j < width; ++j)
+                to[columns[j]] += from[j];
     }
 }
 

@@ -3,32 +3,25 @@
  * and columns exchanged. Numbers of LANES cells stand side by side, in what is kept of them and in all
  * that is computed. */
 
-/* y += sign A x, of shape (m, n); four sums at a time, each by its name, or gcc would not keep them
- * in registers: of one alone each product would wait for the one before */
+/* y += sign A x, of so few rows of n numbers. */
+static ALWAYS void few_products(int some, int n, const lanes *A, const lanes *x, double sign, lanes *y)
+{
+    lanes sums[MANY];
+    SOME(k) sums[k] = (lanes){0.0};
+    for (int j = 0; j < n; ++j)
+        SOME(k) sums[k] += A[(size_t)k * n + j] * x[j];
+    SOME(k) y[k] += sign * sums[k];
+}
+
+/* y += sign A x, of shape (m, n); four sums at a time: of one alone each product would wait for the one
+ * before */
 static void product(int m, int n, const lanes *A, const lanes *x, double sign, lanes *y)
 {
     int i = 0;
-    for (; i + 4 <= m; i += 4) {
-        const lanes *a = A + (size_t)i * n, *b = a + n, *c = b + n, *d = c + n;
-        lanes p = {0.0}, q = {0.0}, r = {0.0}, s = {0.0};
-        for (int j = 0; j < n; ++j) {
-            p += a[j] * x[j];
-            q += b[j] * x[j];
-            r += c[j] * x[j];
-            s += d[j] * x[j];
-        }
-        y[i] += sign * p;
-        y[i + 1] += sign * q;
-        y[i + 2] += sign * r;
-        y[i + 3] += sign * s;
-    }
-    for (; i < m; ++i) {
-        const lanes *a = A + (size_t)i * n;
-        lanes p = {0.0};
-        for (int j = 0; j < n; ++j)
-            p += a[j] * x[j];
-        y[i] += sign * p;
-    }
+    for (; i + 4 <= m; i += 4)
+        few_products(4, n, A + (size_t)i * n, x, sign, y + i);
+    for (; i < m; ++i)
+        few_products(1, n, A + (size_t)i * n, x, sign, y + i);
 }
 
 /* The same of A^T, A of shape (n, m), if it is `transposed`. */

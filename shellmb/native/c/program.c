@@ -6,45 +6,40 @@
 
 #define AT(k) (base[(k) >> 30] + ((k) & (KEPT - 1)))
 
+#define THREE(k) _Pragma("GCC unroll 3") for (int k = 0; k < 3; ++k)
+
 static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int count, const V *restrict w,
                        V *restrict registers)
 {
     const Table *t = r->tables + l->table;
     const int *begin = t->begin + entity * r->points + from;
     int full = begin[count] - begin[0] == count * t->nodes, N = t->nodes, s = l->stride;
-    for (int k = 0; k < l->count; k += 3) {
-        int some = l->count - k < 3 ? l->count - k : 3, p = 0;
-        const V *a = w + l->first[k], *b = w + l->first[k + (some > 1)], *c = w + l->first[k + 2 * (some > 2)];
-        V *to = registers + l->to[k], *also = registers + l->to[k + (some > 1)];
-        V *third = registers + l->to[k + 2 * (some > 2)];
+    for (int i = 0; i < l->count; i += 3) {
+        const V *from_of[3];
+        V *to[3];
+        int p = 0;
+        /* where there are fewer the first one is found again */
+        THREE(k) {
+            int one = i + k < l->count ? i + k : i;
+            from_of[k] = w + l->first[one];
+            to[k] = registers + l->to[one];
+        }
         for (; full && p + 1 < count; p += 2) {
             const double *v = t->value + begin[p], *q = t->value + begin[p + 1];
-            V x0 = {0}, y0 = {0}, z0 = {0}, x1 = {0}, y1 = {0}, z1 = {0};
-            for (int e = 0; e < N; ++e) {
-                V A = a[e * s], B = b[e * s], C = c[e * s];
-                x0 += v[e] * A;
-                y0 += v[e] * B;
-                z0 += v[e] * C;
-                x1 += q[e] * A;
-                y1 += q[e] * B;
-                z1 += q[e] * C;
-            }
-            third[p] = z0, third[p + 1] = z1;
-            also[p] = y0, also[p + 1] = y1;
-            to[p] = x0, to[p + 1] = x1;
+            V sum[3] = {0}, next[3] = {0};
+            for (int e = 0; e < N; ++e)
+                THREE(k) {
+                    V value = from_of[k][e * s];
+                    sum[k] += v[e] * value;
+                    next[k] += q[e] * value;
+                }
+            THREE(k) to[k][p] = sum[k], to[k][p + 1] = next[k];
         }
         for (; p < count; ++p) {
-            V x = {0}, y = {0}, z = {0};
-            for (int e = begin[p]; e < begin[p + 1]; ++e) {
-                double v = t->value[e];
-                int at = t->node[e] * s;
-                x += v * a[at];
-                y += v * b[at];
-                z += v * c[at];
-            }
-            third[p] = z;
-            also[p] = y;
-            to[p] = x;
+            V sum[3] = {0};
+            for (int e = begin[p]; e < begin[p + 1]; ++e)
+                THREE(k) sum[k] += t->value[e] * from_of[k][t->node[e] * s];
+            THREE(k) to[k][p] = sum[k];
         }
     }
 }
@@ -403,6 +398,7 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
 #undef ENTRIES
 #undef TILES
 #undef FEW
+#undef THREE
 #undef ENTRY
 #undef PAIR
 #undef TERMS
