@@ -63,10 +63,9 @@ class History(BaseObserver):
         if count:
             columns = [observer.collect(count) for observer in self._later]
             for (first, last), *found in zip(self._steps, *columns, strict=True):
-                row = dict(zip(STEP_COLUMNS, first, strict=True))
+                self._rows.append(dict(zip(STEP_COLUMNS, first, strict=True)))
                 for each in (*found, last):
-                    row |= each
-                self._rows.append(row)
+                    self._rows[-1] |= each
             self._steps = []
         return self._rows
 
@@ -82,18 +81,22 @@ class History(BaseObserver):
             read = read_rows(self._path.read_text(), self._kept) if writes else None
             self._rows = simulation.model.comm.bcast(read)
             self._begin -= self._rows[-1][WALL]
+        every = [*self._later, *self._each_step]
+        row = dict(zip(STEP_COLUMNS, _first_columns(simulation), strict=True)) | self._values(every)
         if not self._rows:
-            check_columns([*self._later, *self._each_step])
-            row = dict(zip(STEP_COLUMNS, _first_columns(simulation), strict=True))
-            for observer in self._later:
-                row |= {name: float(value) for name, value in observer.measure().items()}
-            self._rows.append(row | self._measured())
+            check_columns(every)
+            self._rows.append(row)
+        elif new := sorted(row.keys() ^ self._rows[0].keys()):
+            # what has not started can neither warn nor write
+            self._rows = []
+            raise SceneError(
+                f"resume: columns {new[:5]} are new or gone; keep observers, output, step_control"
+            )
         self._each_step = [observer for observer in self._each_step if observer.measure()]
         for observer in self._later:
             # it keeps from now on what is to be collected
             observer.collect(0)
-        if writes:
-            assert self._path is not None
+        if self._path is not None and writes:
             # under its name only when complete: rows of an earlier run are not lost on the way
             draft = self._path.with_suffix(".tmp")
             head = ",".join(self.rows[0])
@@ -102,9 +105,9 @@ class History(BaseObserver):
             self.write()
             draft.replace(self._path)
 
-    def _measured(self) -> dict[str, float]:
-        """Numbers of observers that are measured in each step, and the time since the start."""
-        found = {k: float(v) for o in self._each_step for k, v in o.measure().items()}
+    def _values(self, observers: Iterable[Measuring]) -> dict[str, float]:
+        """Numbers of observers, and the time since the start."""
+        found = {k: float(v) for o in observers for k, v in o.measure().items()}
         return found | {WALL: clock.perf_counter() - self._begin}
 
     def write(self) -> None:
@@ -129,15 +132,14 @@ class History(BaseObserver):
     def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
         """A saved state with the checksum of so many rows and the head, on rank 0."""
         new = state["rows"] + 1 - self._summed
-        for line in self._lines[:new]:
-            self._sum.update(f"{line}\n".encode())
+        self._sum.update("".join(f"{line}\n" for line in self._lines[:new]).encode())
         del self._lines[:new]
         self._summed += new
         return {**state, "sha256": self._sum.hexdigest()}
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
-        self._steps.append((_first_columns(simulation), self._measured()))
+        self._steps.append((_first_columns(simulation), self._values(self._each_step)))
         if self._file is not None and self._batches.due():
             self.write()
 

@@ -75,8 +75,7 @@ def eigenpairs(
             return eigenpairs(K, M, count, INFINITE / LARGE * shift, symmetric, higher=False)
         raise TooFewModesError(count, len(pairs))
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
-    kept = pairs[:count]
-    return np.array([value for value, _ in kept]), [vector for _, vector in kept]
+    return np.array([value for value, _ in pairs[:count]]), [vector for _, vector in pairs[:count]]
 
 
 def _solved(K: PETSc.Mat, M: PETSc.Mat, count: int, target: float, symmetric: bool) -> Any:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -24,7 +25,8 @@ from shellmb.running import execute as executing
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.resuming.resume import resume
-from shellmb.simulate.simulation import BaseObserver
+from shellmb.scene import Output, StepControl
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.stopping import STOPPING
 
 SCENE = Path(__file__).with_name("scene_pendulum.py")
@@ -120,6 +122,41 @@ def test_an_edited_file_may_be_the_same_scene(run: Path, tmp_path: Path, caplog)
     made = resume(run, scene_file=str(tmp_path / "edited.py"), pictures=False)
     assert made.results == {"count": 40.0}
     assert "edited.py was edited, and still defines the same scene" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "says"),
+    [
+        ("output", Output(end_forces=True), "columns .*_end.* are new or gone; keep observers"),
+        ("step_control", StepControl(step_error=1e-3), "is not of .*: step_control.step_error was"),
+    ],
+)
+@pytest.mark.parametrize("before", [True, False])
+def test_a_history_keeps_its_columns(
+    tmp_path: Path, field: str, value: object, says: str, before: bool
+) -> None:
+    """Rows of other columns behind those of the run made its history unreadable."""
+    plain = load(str(SCENE)).build({})
+    other = replace(plain, **{field: value})
+    first, then = (other, plain) if before else (plain, other)
+    with pytest.raises(KeyboardInterrupt):
+        execute(first, tmp_path / "run", [StopsAt(2)], pictures=False)
+    with pytest.raises(SceneError, match=says):
+        resume(tmp_path / "run", [StopsAt(0)], scene=then, pictures=False)
+    # nothing is lost: it goes on as it was
+    made = resume(tmp_path / "run", [StopsAt(0)], scene=first, pictures=False)
+    assert len({tuple(row) for row in made.rows}) == 1 and made.simulation.t == 0.004
+
+
+class StopsAt(BaseObserver):
+    """Ends a run behind a step, as Ctrl-C does."""
+
+    def __init__(self, step: int) -> None:
+        self.step = step
+
+    def accepted(self, simulation: Simulation) -> None:
+        if simulation.step == self.step:
+            raise KeyboardInterrupt
 
 
 def test_a_run_that_has_computed_nothing_does_not_begin_as_another(run: Path) -> None:
