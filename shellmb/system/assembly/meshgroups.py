@@ -102,13 +102,13 @@ def residuals_of_steps(
         forms: Compiled residuals.
         steps: How many steps are kept.
     """
-    field = system.fields[number]
+    size = (field := system.fields[number]).size_all
     residuals = residuals_of([field], [0], [system.held[number]], [(form, (0,)) for form in forms])
 
     def find() -> Floats:
-        found = np.zeros(field.size_all)
+        found = np.zeros(size)
         residuals.refresh()
         residuals.add(found)
         return found
 
-    return DeferredValues(find, field.size_all, steps)
+    return DeferredValues(find, size, steps)
