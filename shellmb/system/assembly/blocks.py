@@ -204,7 +204,7 @@ class BlockSystem:
         """Residuals of all fields, as they are written."""
         return [form for f in self.fields for form in f.forms]
 
-    @property
+    @cached_property
     def tangents(self) -> float:
         """Forms of the Jacobian for each of the residual."""
         return sum(map(len, self.jacobians.values())) / max(len(self.residual_forms), 1)

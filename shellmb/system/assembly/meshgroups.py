@@ -100,11 +100,11 @@ def residuals_of_field(
         number: Number of the field.
         forms: Compiled residuals.
     """
-    field = system.fields[number]
+    size = (field := system.fields[number]).size_all
     residuals = residuals_of([field], [0], [system.held[number]], [(form, (0,)) for form in forms])
 
     def find() -> Floats:
-        found = np.zeros(field.size_all)
+        found = np.zeros(size)
         residuals.refresh()
         residuals.add(found)
         return found

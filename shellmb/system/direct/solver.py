@@ -53,9 +53,9 @@ YOUNG, SOLUTIONS = 3.0, 3.0
 # 32x32 elements steps take 4 % (EP) and 29 % (ED) less time than with the cost of small systems. An
 # estimate and no measurement of each run, so that a run gives the same result each time
 SMALL_COST, OPERATIONS = 12.0, 25.0
-# The same of factors in a band, and of as many unknowns as make it twice that: measured 1 to 2 of
-# three links, 5 of a hundred (EP). Where steps take as long with it fewer iterations are better
-BANDED_COST, BANDED_SIZE = 1.0, 300.0
+# The same of factors in a band, and of as many unknowns as make it twice that: measured 1 of three
+# links, 2.5 of a hundred (EP, EP4). Where steps take as long with it fewer iterations are better
+BANDED_COST, BANDED_SIZE = 1.0, 1000.0
 
 
 class Purpose(Enum):
