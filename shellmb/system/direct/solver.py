@@ -98,6 +98,8 @@ class DirectSolver:
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
     """
 
+    matrix: PETSc.Mat | None
+
     def __init__(
         self,
         A: PETSc.Mat,
@@ -128,12 +130,12 @@ class DirectSolver:
         # whether old factors pay, and whether those there are old
         self._paying, self._recycled = False, False
         self._work: float | None = None
-        self.matrix: PETSc.Mat | None = None
         self.factorisations, self.solutions = 0, 0
 
     def _use(self, factors: Factors) -> None:
         """Choose who makes the factors to come."""
-        self.factors = factors
+        # without one who has them the old ones are gone before new ones are made
+        self.factors, self.matrix = factors, None
         if factors is Factors.BANDED:
             return
         pc = self._ksp.getPC()

@@ -36,12 +36,13 @@ class RowMap:
         places = np.where(columns >= 0, np.searchsorted(seen, columns), len(seen))
         self.places, self.there = places.astype(np.int32), len(seen)
         self._lib, self._pointer = native.cells().lib, native.CArrays()
+        local = self._entries(every := np.arange(len(columns)))
         self.members = {
             "rows": len(columns),
             "columns": self.there,
             "values": self._pointer(self.values),
-            "local": self._entries(np.arange(len(columns))),
-            "own": self._entries(own),
+            "local": local,
+            "own": local if np.array_equal(own, every) else self._entries(own),
         }
         self._struct = self._pointer.many("Rows", [self.members])
 
