@@ -194,5 +194,26 @@ def steps(
         raise typer.Exit(1)
 
 
+@app.command()
+@failures_reported
+def first(
+    scene: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Bundled scene; may be repeated.")
+    ] = None,
+    repeat: Annotated[int, typer.Option(min=1, help="Processes of each; the least counts.")] = 1,
+    docs: Annotated[
+        bool, typer.Option("--docs", help="Write the table of docs/evidence/costs.md.")
+    ] = False,
+) -> None:
+    """Measure the time from the import of each bundled scene to its first accepted step.
+
+    Each runs in a process of its own with one thread, which reads all forms anew. Files are written
+    as by `shellmb run`.
+    """
+    from tests.bench.steps.first import run_first
+
+    run_first(scene or [], repeat, docs)
+
+
 if __name__ == "__main__":
     app()

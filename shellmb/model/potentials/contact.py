@@ -231,7 +231,7 @@ class ContactGroup(PotentialGroup):
                 ufl.dot(n, self._relative(m, at, v, r))
                 for m, v in ((moved, rates.chord), (virtual, dq))
             )
-            damped = forms.resisted(pressing, FAR * self.always - into, law.damping)
+            damped = ufl.variable(forms.resisted(pressing, FAR * self.always - into, law.damping))
             pressing, total = pressing + damped, damped * out
         if law.friction is not None:
             foot = r + forms.surface(n, self._arm, place.e)
@@ -242,7 +242,7 @@ class ContactGroup(PotentialGroup):
                 for m, v in ((moved, rates.chord), (virtual, dq))
             )
             along = slip - ufl.dot(slip, n) * n
-            work = ufl.dot(forms.friction(pressing, along, law), shift)
+            work = ufl.dot(ufl.variable(forms.friction(pressing, along, law)), shift)
             total = work if total is None else total + work
         return self.weight * total * self.dx
 

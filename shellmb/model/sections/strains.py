@@ -293,7 +293,8 @@ class ExactEnergy(Elastic):
         if span.a is span.b:
             stress = gradient(self._whole, a)
         else:
-            stress = self._stress(a, b, span.beta)
+            # derivatives go through few numbers in place of all unknowns
+            stress = ufl.variable(self._stress(a, ufl.variable(b), span.beta))
         return self.weight * ufl.dot(stress, variation(self.measure, span.mid, dq)) * self.dx
 
     def _at(self, e: Expr) -> Expr:
@@ -318,15 +319,16 @@ class ExactEnergy(Elastic):
         """The measure, and what it is over a step."""
         path, measured = step.path, measure(self.measure)
         start = self.measure(path.start)
-        return measured, Stretch(start, self.measure(path.end) - start, step.bow_of(measured))
+        changes = self.measure(path.end) - start, step.bow_of(measured)
+        # derivatives go through few numbers in place of all unknowns
+        return measured, Stretch(start, *map(ufl.variable, changes))
 
     def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
         (measured, e), p = self._over(step), step.path
-        stresses = self._stresses(e, p.alpha)
-        states = p.states
+        stresses = map(ufl.variable, self._stresses(e, p.alpha))
         work = sum(
-            ufl.dot(stress, slope_at(measured, on.slopes[k], states, dq))
+            ufl.dot(stress, slope_at(measured, on.slopes[k], p.states, dq))
             for stress, on in zip(stresses, step.rows.stresses, strict=True)
         )
         return self.weight * work * self.dx

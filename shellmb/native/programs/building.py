@@ -32,7 +32,8 @@ class Rule:
         rank: Number of arguments.
         points: Points of the rule.
         tables: Functions there.
-        keeps: Whether what seldom changes is kept of each cell.
+        keeps: Nodes for each point up to which sums are collected, where what seldom changes is
+            kept of each cell; zero: it is not kept.
 
     Attributes:
         parts: Nodes of what is integrated by the arguments that they belong to.
@@ -50,18 +51,19 @@ class Rule:
         rank: int,
         points: Points,
         tables: Tables,
-        keeps: bool = False,
+        keeps: float = 0,
     ) -> None:
         self._tables, self._points, self._rank = tables, points, rank
         graph, entity_size = reader.graph, points.numbers.shape[1]
         self.parts = _parts(graph, value, rank)
-        if keeps:
+        given = (lambda k: graph.varies[k] and graph.steady[k]) if keeps else lambda k: False
+        if len(graph.nodes) < keeps * len(points.weights):
             found = Collector(graph, self.parts.values())
+            given = found.given
             parts = {key: found.of(node) for key, node in self.parts.items()}
             self.parts = {key: node for key, node in parts.items() if node != graph.zero}
         self._groups = self._grouped()
         groups = list(self._groups.values())
-        given = found.given if keeps else lambda node: False
         self._made = made = Translation(graph, self.parts, groups, entity_size, given)
         steady: dict[Key, int] = {_numbered(k): node for k, node in enumerate(made.kept)}
         self._steady = Translation(graph, steady, [list(steady)], entity_size)

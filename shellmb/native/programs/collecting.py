@@ -57,11 +57,13 @@ class Collector:
         """Find the sums that a node is, whose operands have theirs."""
         graph, one = self._graph, self._graph.one
         op, of = graph.nodes[node][0], graph.operands[node]
+        # where they seldom change, they stand before the terms of the other one
+        factors = of if op == "mul" else of[1:] if op == "div" else []
         if self._graph.steady[node]:
             self._made[node], self._short[node] = node, {None: node}
         elif op in LEAVES:
             self._made[node], self._short[node] = node, {node: one}
-        elif op in ("add", "sub") or any(graph.steady[a] for a in _factors(op, of)):
+        elif op in ("add", "sub") or any(graph.steady[a] for a in factors):
             sums = [[*map(f, of)] for f in (self._near, self._through, self._whole.__getitem__)]
             if op == "div":
                 by: Sum = {None: _int(graph.div(one, of[1]))}
@@ -205,11 +207,6 @@ class Collector:
         if op in ("mul", "div", "pow"):
             return _int(getattr(self._graph, op)(*args))
         return self._graph.operation(op, *args)
-
-
-def _factors(op: str, of: list[int]) -> list[int]:
-    """Operands that, where they seldom change, stand before the terms of the other one."""
-    return of if op == "mul" else of[1:] if op == "div" else []
 
 
 def _int(value: Scalar) -> int:

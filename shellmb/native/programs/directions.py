@@ -8,6 +8,8 @@ from shellmb.native.programs.graph import Direction, Graph, Input, Key, Multilin
 
 # source of the changes of variables
 VARIABLE = -1000
+# numbers that a change may be made of without a stand-in
+FEW = 6
 
 
 class Along(Direction):
@@ -61,8 +63,8 @@ class Gateaux(Direction):
         return found
 
     def through(self, node: int, change: Scalar) -> Scalar:
-        """The change of a variable stands by itself."""
-        if not self._apart or not isinstance(change, Multilinear):
+        """The change of a variable stands by itself, but for one of few numbers."""
+        if not self._apart or not isinstance(change, Multilinear) or len(change.parts) <= FEW:
             return change
         item = Input(VARIABLE, node, ())
         self._of[item] = self._put(change)

@@ -38,6 +38,9 @@ KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_face
 # programs by the structures of their forms: to read a form takes longer than many runs, and they
 # know numbers, elements and places of functions, but no function and no mesh
 READ: dict[Any, list[Program]] = {}
+# nodes for each point from which sums are not collected in meshes of few cells: what is so long is
+# hardly linear, and to collect it takes longer than many steps gain
+LONG, FEW = 4000, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,13 +134,16 @@ def constant_places(constants: Collection[Any]) -> dict[Any, int]:
     return dict(zip(constants, itertools.accumulate(sizes, initial=0), strict=False))
 
 
-def rules_of(integrals: Sequence[Any], structure: Structure, static: list[int]) -> list[Rule]:
+def rules_of(
+    integrals: Sequence[Any], structure: Structure, static: list[int], keeps: float
+) -> list[Rule]:
     """Programs of each quadrature rule of integrals over one kind of entity.
 
     Args:
         integrals: The integrals.
         structure: Of all integrands of the form.
         static: Sources of values that seldom change: what follows from these alone is kept.
+        keeps: Nodes for each point up to which sums are collected.
     """
     functions, places = structure.coefficients, constant_places(structure.constants)
     domain, facet = integrals[0].ufl_domain(), integrals[0].integral_type() != "cell"
@@ -153,7 +159,7 @@ def rules_of(integrals: Sequence[Any], structure: Structure, static: list[int]) 
         reader = Reader(domain, functions, places, arguments, tables.vanishes, facet, static)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
-        found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
+        found.append(Rule(reader, value, len(arguments), points, tables, keeps))
     return found
 
 
@@ -277,9 +283,11 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     of_mesh = ufl_domain.ufl_coordinate_element()
     places = [(*key, len(groups[key])) for key in order]
     rules = [canonicalize_metadata(integral.metadata()) for integral in integrals]
-    known = structure.key, *places, *rules, repr(of_mesh), *static
+    cells = ufl_domain.ufl_cargo().topology.index_map(ufl_domain.topological_dimension)
+    keeps = 0 if not moving else LONG if cells.size_global <= FEW else math.inf
+    known = structure.key, *places, *rules, repr(of_mesh), keeps, *static
     if known not in READ:
-        every = (rules_of(groups[key], structure, static) for key in order)
+        every = (rules_of(groups[key], structure, static, keeps) for key in order)
         coordinates = 3 * (of_mesh.dim // of_mesh.block_size)
         READ[known] = [Program(some, sizes, steady_dofs, coordinates, len(order)) for some in every]
     programs = READ[known]

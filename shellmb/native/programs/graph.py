@@ -110,7 +110,8 @@ class Graph:
         self._known: dict[tuple[Any, ...], int] = {}
         self.zero, self.one = self.number(0.0), self.number(1.0)
 
-    def _node(self, *node: Any) -> int:
+    def operation(self, *node: Any) -> int:
+        """Any operation as it is; one where a comparison holds, zero elsewhere."""
         found = self._known.get(node)
         if found is None:
             own = [self.actual[k] for k in node[1:]]
@@ -130,10 +131,6 @@ class Graph:
         self.steady.append(steady)
         self.actual.append(found)
         return found
-
-    def operation(self, op: str, *args: int) -> int:
-        """Any operation as it is; one where a comparison holds, zero elsewhere."""
-        return self._node(op, *args)
 
     def ordered(
         self, roots: Iterable[Iterable[int]], given: Callable[[int], bool]
@@ -216,7 +213,7 @@ class Graph:
             return a
         if a in self.values and b in self.values:
             return self.number(self.values[a] + self.values[b])
-        return self._node("add", a, b) if a <= b else self._node("add", b, a)
+        return self.operation("add", a, b) if a <= b else self.operation("add", b, a)
 
     def negative(self, a: Scalar) -> Scalar:
         """The opposite."""
@@ -235,7 +232,7 @@ class Graph:
         x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x - y)
-        return self._node("sub", a, b)
+        return self.operation("sub", a, b)
 
     def mul(self, a: Scalar, b: Scalar) -> Scalar:
         """Product."""
@@ -273,11 +270,11 @@ class Graph:
             if op == "mul" and args[0] in values:
                 return self.times(self.number(values[a] * values[args[0]]), args[1])
             # numbers first
-            return self._node("mul", a, b)
+            return self.operation("mul", a, b)
         # what does not vary comes first
         if varies[a] > varies[b] or (a > b and varies[a] == varies[b]):
             a, b = b, a
-        return self._node("mul", a, b)
+        return self.operation("mul", a, b)
 
     def div(self, a: Scalar, b: Scalar) -> Scalar:
         """Quotient."""
@@ -291,8 +288,8 @@ class Graph:
         if y is not None and y != 0:
             return self.number(x / y) if x is not None else self.times(self.number(1 / y), a)
         if not self.varies[b] and self.varies[a]:
-            return self.times(self._node("div", self.one, b), a)
-        return self._node("div", a, b)
+            return self.times(self.operation("div", self.one, b), a)
+        return self.operation("div", a, b)
 
     def pow(self, a: Scalar, b: Scalar) -> Scalar:
         """Power."""
@@ -317,7 +314,7 @@ class Graph:
         x = self.values.get(a)
         if x is not None and y is not None:
             return self.number(x**y)
-        return self._node("pow", a, b)
+        return self.operation("pow", a, b)
 
     def unary(self, op: str, a: Scalar) -> Scalar:
         """A function of one number."""
@@ -331,13 +328,13 @@ class Graph:
                 return self.number(abs(x) if op == "abs" else getattr(math, op)(x))
             except (ValueError, OverflowError):
                 pass
-        return self._node(op, a)
+        return self.operation(op, a)
 
     def binary(self, op: str, a: Scalar, b: Scalar) -> Scalar:
         """A function of two numbers that has no rules of its own."""
         if isinstance(a, Multilinear) or isinstance(b, Multilinear):
             raise Unsupported(f"{op} of an argument")
-        return self._node(op, a, b)
+        return self.operation(op, a, b)
 
     def choose(self, where: int, a: Scalar, b: Scalar) -> Scalar:
         """One of two values."""
@@ -355,7 +352,7 @@ class Graph:
         return self._choose(where, a, b)
 
     def _choose(self, where: int, a: int, b: int) -> int:
-        return a if a == b else self._node("choose", where, a, b)
+        return a if a == b else self.operation("choose", where, a, b)
 
     def argument(self, item: Input) -> Scalar:
         """The value of an argument."""
@@ -363,7 +360,7 @@ class Graph:
 
     def total(self, parts: Sequence[Scalar]) -> Scalar:
         """Sum of several."""
-        return reduce(self.add, parts, self.zero)
+        return reduce(self.add, [self.zero, *parts])
 
     def derivative(
         self, value: Scalar, direction: Direction, of_key: Callable[[Input], Scalar] | None = None

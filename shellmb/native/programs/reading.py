@@ -16,16 +16,12 @@ from ufl.core.multiindex import FixedIndex
 from shellmb.native.programs.algebra import Tensor, array, contract, crossed, det, inverse, times
 from shellmb.native.programs.directions import Along, ByVariable, Gateaux
 from shellmb.native.programs.geometry import Geometry
-from shellmb.native.programs.graph import Graph, Input, Multilinear, Scalar, Unsupported
+from shellmb.native.programs.graph import UNARY, Graph, Input, Multilinear, Scalar, Unsupported
 
 # source of the values of the first argument; that of the second is one less
 ARGUMENT = -2
 
-FUNCTIONS = {
-    "sqrt": "sqrt", "exp": "exp", "ln": "log", "cos": "cos", "sin": "sin", "tan": "tan",
-    "cosh": "cosh", "sinh": "sinh", "tanh": "tanh", "acos": "acos", "asin": "asin",
-    "atan": "atan", "erf": "erf", "abs": "abs", "sign": "sign",
-}  # fmt: skip
+FUNCTIONS = {name: name for name in UNARY} | {"ln": "log"}
 COMPARISONS = {name: name for name in ("lt", "le", "gt", "ge", "eq", "ne")}
 COMPARISONS |= {"and_condition": "and", "or_condition": "or", "not_condition": "not"}
 BINARIES = {"atan2": "atan2", "min_value": "min", "max_value": "max"}
