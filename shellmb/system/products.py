@@ -44,7 +44,7 @@ class Products:
             loop.refresh()
             for some, matrices in loop.matrices(cells):
                 at = cells.dofs[some]
-                np.add.at(local, at, np.matvec(matrices, seen[at]))
+                np.add.at(local, at, (matrices @ seen[at][..., None])[..., 0])
         if system.couplings:
             local += system.coupled.times(system.coupled.derivatives(), seen)
         y.array[:] = exchange.summed(local)
