@@ -44,14 +44,15 @@ def test_what_moves_slowly_is_still_watched() -> None:
 
 
 @pytest.mark.parametrize("law", [lambda x: ufl.sqrt(x - 1.0), ufl.ln], ids=["root", "logarithm"])
-def test_a_law_without_a_number_is_named_as_such(law: Any) -> None:
+@pytest.mark.parametrize("scheme", ["ep", "linear-dynamics"])
+def test_a_law_without_a_number_is_named_as_such(scheme: str, law: Any) -> None:
     scene = sm.Scene(
         "nan",
         rigid_bodies=sm.RigidBody("body", 1.0, (0.1, 0.2, 0.3), (1.0, 0.0, 0.0)),
         joints=sm.Revolute("hinge", sm.GROUND, "body", at=(0, 0, 0), axis=(0, 0, 1)),
         force_elements=sm.JointSpring("spring", "hinge", potential=law),
         initial=sm.InitialVelocity(spin=(0.0, 0.0, 1.0)),
-        scheme="ep",
+        scheme=scheme,
         dt=0.01,
         t_end=0.05,
     )

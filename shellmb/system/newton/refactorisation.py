@@ -297,8 +297,8 @@ class Once(Refresh):
     _first: float = field(default=0.0, init=False)
 
     def begin(self, key: Hashable) -> None:
-        """Keep the factorisation unless the system is another one."""
-        self._wanted = key != self._key
+        """Keep the factorisation, if there is one, unless the system is another one."""
+        self._wanted = self._wanted or key != self._key
         self.exact = self.exact and not self._wanted
         self._key, self._updates = key, 0
 
