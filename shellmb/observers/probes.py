@@ -210,7 +210,8 @@ class SpotVectors:
 
     def of(self, rows: slice) -> Floats:
         """Reference, changes and rates in some steps, shape (k, 3, 1 + m, 3)."""
-        moved = self.shares @ self._taken[rows].reshape(-1, 2, *self.dofs.shape)
+        # a rank may have none of the nodes: the number of steps does not follow from the numbers
+        moved = self.shares @ self._taken.reshape(STEPS, 2, *self.dofs.shape)[rows]
         reference = np.broadcast_to(self._reference, (len(moved), 1, *self._reference.shape))
         return np.concatenate([reference, moved], axis=1)
 
