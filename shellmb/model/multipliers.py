@@ -47,7 +47,7 @@ class Constraints:
         return self._form(self.law.interval(span, dq), dq)
 
     def path(self, path: Path, k: int, dq: Expr) -> Form:
-        """Constraint forces in a row of a step that is quadratic in time, and the constraints."""
+        """Forces in row P0 or P1 of a step quadratic in time, and the constraints, (Q4), (Q6)."""
         return self._form(self.law.path(path, k, dq, self.inertialess), dq)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
@@ -55,7 +55,7 @@ class Constraints:
         return self._form(self.law.velocity(v, mid, dv), dv) if self.moving else None
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
-        """Constraints on velocities at the end of a step that begins with a jump."""
+        """Constraints on velocities at the end of a step that begins with a jump, eq. (N2)."""
         row = self.law.jump(step, dq) if self.moving else None
         if row is None:
             return None

@@ -223,6 +223,7 @@ class Scheme:
         rotations: Accuracy for rotating bodies.
         local_error: Error of one step.
         pieces: Straight pieces of a step, for contact between shells; None: not supported.
+        page: Equations of steps that are quadratic in time; None: steps are made of the stages.
     """
 
     scaled: tuple[str, ...] = ()

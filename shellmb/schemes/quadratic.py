@@ -148,7 +148,7 @@ class QuadraticInTime(Scheme):
         return PathPage(path_of, strains, BOW, (P0, P1))
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
-        """Rows are no sub-intervals here: see `forms`."""
+        """Rows are no sub-intervals here: see `page`."""
         return {}
 
     @property

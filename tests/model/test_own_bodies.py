@@ -228,6 +228,14 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"joints": sm.Revolute("r", sm.GROUND, "block", at=(1, 0.25, 0.25), axis=(0, 0, 1))},
         "second is own body 'block', whose nodes have no frame",
     ),
+    "edges": (
+        {
+            "shells": sm.Shell("p", sm.Rectangle(1.0, 1.0), sm.Isotropic(1e9, 0.3, 0.01, 1e3)),
+            "joints": sm.EdgeHinge("h", "p", "block", at="right"),
+            "supports": sm.Clamped("left", body="block"),
+        },
+        "second is own body 'block'; it must be a shell, a rigid body or the ground",
+    ),
     "weld": (
         {"joints": sm.Weld("w", sm.GROUND, "block", at=(1, 0.25, 0.25))},
         "second_at is None; it must be a region of own body 'block': 'left', 'right'",

@@ -130,7 +130,7 @@ def _edge_hinge(
     for body, where, name, at in zip(
         bodies, ("first", "second"), (joint.at, joint.second_at), ("at", "second_at"), strict=True
     ):
-        if isinstance(body, Beam):
+        if isinstance(body, Beam | UserBody):
             raise SceneError(
                 f"{who}: {where} is {said(body)}; it must be a shell, a rigid body or the ground"
             )

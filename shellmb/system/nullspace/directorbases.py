@@ -1,4 +1,4 @@
-"""Tangent spaces of the nodes of a field, by loops in C over all that are not held."""
+"""Tangent spaces of the nodes of a field, by loops in C over all that are not given."""
 
 from __future__ import annotations
 
