@@ -165,3 +165,24 @@ def test_moments_that_loads_bring_to_an_edge() -> None:
         q, energy = state(simulation, "plate"), energy_of(simulation, "plate")()
         free = edges_of(simulation.model.shells["plate"], simulation.model)
         assert free is None or free.share(q, 0 * q, energy) < 0.02
+
+
+ALONE = """
+from mpi4py import MPI
+import shellmb as sm
+from shellmb.diagnostics.elements.edges import spanning
+from shellmb.model.model import Model
+
+section = sm.Isotropic(1.0, 0.3, thickness=1e-2, density=1.0)
+shell = sm.Shell("plate", sm.Rectangle(1.0, 1.0), section, (1, 1))
+scene = sm.Scene("plate", shell, supports=sm.Clamped("left"), scheme="linear-statics")
+model = Model(scene, MPI.COMM_WORLD)
+found = MPI.COMM_WORLD.gather(spanning(model.shells["plate"], model))
+if MPI.COMM_WORLD.rank == 0:
+    print(found)
+"""
+
+
+def test_a_rank_without_cells_has_no_sides(mpirun) -> None:
+    """The only element is on one of two ranks."""
+    assert "[True, True]" in mpirun(2, "-c", ALONE)

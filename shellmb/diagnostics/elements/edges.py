@@ -143,7 +143,7 @@ def _free(body: ShellModel, model: Model) -> Bools:
     topology = space.mesh.topology
     count = topology.index_map(2).size_local
     closure = space.element.basix_element.entity_closure_dofs
-    sides = topology.connectivity(2, 1).array[: len(closure[1]) * count].reshape(count, -1)
+    sides = topology.connectivity(2, 1).array.reshape(-1, len(closure[1]))[:count]
     free = np.diff(topology.connectivity(1, 2).offsets)[sides] == 1
     for load in model.scene.loads:
         if isinstance(load, EdgeMoment) and model.scene.bodies_of(load)[0].name == name:
