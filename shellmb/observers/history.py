@@ -76,15 +76,15 @@ class History(BaseObserver):
             SceneError: If two columns have the same name.
         """
         self._begin = clock.perf_counter()
+        every = [*self._later, *self._each_step]
+        check_columns(every)
         writes = self._path is not None and simulation.model.comm.rank == 0
         if self._kept is not None and self._path is not None:
             read = read_rows(self._path.read_text(), self._kept) if writes else None
             self._rows = simulation.model.comm.bcast(read)
             self._begin -= self._rows[-1][WALL]
-        every = [*self._later, *self._each_step]
         row = dict(zip(STEP_COLUMNS, _first_columns(simulation), strict=True)) | self._values(every)
         if not self._rows:
-            check_columns(every)
             self._rows.append(row)
         elif new := sorted(row.keys() ^ self._rows[0].keys()):
             # what has not started can neither warn nor write
@@ -123,9 +123,10 @@ class History(BaseObserver):
         self._batches.written()
         if self._file is None or self._file.count == len(every):
             return
-        # repr keeps all digits; what a scheme does not have is left empty
-        rows = every[self._file.count :]
-        lines = [",".join(map(repr, row.values())).replace("nan", "") for row in rows]
+        # repr keeps all digits; what a scheme does not have is left empty; observers of a run that
+        # goes on may stand in another order
+        numbers = ([repr(row[name]) for name in every[0]] for row in every[self._file.count :])
+        lines = [",".join(each).replace("nan", "") for each in numbers]
         self._file.add(lines)
         self._lines += lines
 

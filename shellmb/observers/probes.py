@@ -59,7 +59,11 @@ class Pose(NamedTuple):
     @property
     def spin(self) -> Floats:
         """Angular velocities of a frame in the scene's axes, rad/s."""
-        return np.asarray(np.cross(self.d, self.rate).sum(axis=1) / 2)
+        # `sum d x (w x d) = (tr M - M) w`: directors that are interpolated are no unit vectors
+        M = self.d.mT @ self.d
+        inertia = np.einsum("kii->k", M)[:, None, None] * np.eye(3) - M
+        moment = np.cross(self.d, self.rate).sum(axis=1)
+        return np.asarray(np.linalg.solve(inertia, moment[..., None])[..., 0])
 
 
 def posed(rows: Floats) -> Pose:
@@ -256,10 +260,7 @@ class _Recorded:
         Args:
             parts: What is read, of each of the steps, of all ranks.
         """
-        if parts[0].ndim == 2:
-            found = parts[0]
-        else:
-            found = seen(self.probe.quantity, *map(posed, parts))
+        found = parts[0] if parts[0].ndim == 2 else seen(self.probe.quantity, *map(posed, parts))
         if self.turns is not None:
             found = np.array([self.turns.count(vector) for vector in found])
         part = self.probe.component

@@ -152,6 +152,24 @@ def test_the_adjoint_knows_them() -> None:
     assert found.parameters["load"] == pytest.approx((above - below) / 2e-4, rel=1e-6)
 
 
+def test_a_curved_beam_turns_as_one() -> None:
+    """Directors between its nodes are no unit vectors, which changes no angular velocity."""
+    arc = sm.Arc((1.0, 0.0, 0.0), (math.sqrt(0.5), math.sqrt(0.5), 0.0), (0.0, 1.0, 0.0))
+    at = (math.cos(0.13), math.sin(0.13), 0.0)
+    probes = [sm.Probe(f"w{c}", at, "angular_velocity", c, body="ring") for c in range(3)]
+    scene = sm.Scene(
+        "ring",
+        beams=sm.Beam("ring", arc, ROUND, elements=3),
+        initial=sm.InitialVelocity(spin=SPIN),
+        probes=probes,
+        scheme="ep",
+        dt=1e-4,
+        t_end=1e-4,
+    )
+    row = sm.run(scene).history.iloc[0]
+    assert [row[f"w{c}"] for c in range(3)] == pytest.approx(SPIN, rel=1e-10)
+
+
 @pytest.mark.mpi
 def test_two_ranks_read_the_same(mpirun: Callable[..., str]) -> None:
     code = (

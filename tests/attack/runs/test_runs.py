@@ -21,6 +21,7 @@ from shellmb.errors import RunError, SceneError, Stopped
 from shellmb.files.locks import FileLock
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.files.growingfile import GrowingFile
+from shellmb.observers.history import read_history
 from shellmb.running import execute as executing
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
@@ -146,6 +147,29 @@ def test_a_history_keeps_its_columns(
     # nothing is lost: it goes on as it was
     made = resume(tmp_path / "run", [StopsAt(0)], scene=first, pictures=False)
     assert len({tuple(row) for row in made.rows}) == 1 and made.simulation.t == 0.004
+
+
+def test_a_history_that_goes_on_keeps_its_order(tmp_path: Path) -> None:
+    """Observers in another order wrote numbers below one another's names, and took names twice."""
+    scene, names = load(str(SCENE)).build({}), ["seven", "eight"]
+    both = [Measures("seven", 7.0), Measures("eight", 8.0)]
+    with pytest.raises(KeyboardInterrupt):
+        execute(scene, tmp_path / "run", [*both, StopsAt(2)], pictures=False)
+    with pytest.raises(SceneError, match="two columns are named 'seven'"):
+        resume(tmp_path / "run", [*both, Measures("seven", 9.0)], scene=scene, pictures=False)
+    resume(tmp_path / "run", [*reversed(both)], scene=scene, pictures=False)
+    rows = read_history(tmp_path / "run" / "history.csv")
+    assert [[row[name] for name in names] for row in rows] == [[7.0, 8.0]] * 5
+
+
+class Measures(BaseObserver):
+    """One number, always the same."""
+
+    def __init__(self, name: str, value: float) -> None:
+        self.name, self.value = name, value
+
+    def measure(self) -> dict[str, float]:
+        return {self.name: self.value}
 
 
 class StopsAt(BaseObserver):
