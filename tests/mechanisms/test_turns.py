@@ -45,6 +45,9 @@ class Turned(BaseObserver):
     def start(self, simulation: Simulation) -> None:
         self._joints.start(simulation)
 
+    def solved(self, simulation: Simulation) -> None:
+        self._joints.solved(simulation)
+
     def accepted(self, simulation: Simulation) -> None:
         self._joints.accepted(simulation)
         self.column.append(self._joints.measure()["hub.rotation"])
