@@ -215,5 +215,18 @@ def first(
     run_first(scene or [], repeat, docs)
 
 
+@app.command()
+@failures_reported
+def parts(
+    docs: Annotated[
+        bool, typer.Option("--docs", help="Write the table of docs/theory/linear_systems.md.")
+    ] = False,
+) -> None:
+    """Measure what steps of chains are made of: residuals, Jacobians, factors, solutions."""
+    from tests.bench.steps.parts import run_parts
+
+    run_parts(docs)
+
+
 if __name__ == "__main__":
     app()

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-from shellmb.errors import ShellmbError
 from tests.bench.record import Configuration
+from tests.bench.steps.process import last_line
 
 STEPS = 2
-ROOT = Path(__file__).parents[2]
-# by these `mpiexec` tells a process that it is one of its own
-OF_MPIEXEC = ("PMI", "HYDI_", "MPI_LOCAL", "OMPI_")
 
 
 def peak_mib(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) -> float:
@@ -25,13 +20,7 @@ def peak_mib(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) 
         ShellmbError: If the process fails.
     """
     asked = json.dumps([kind, scheme, list(mesh), how.path, how.newton])
-    command = [sys.executable, "-m", "tests.bench.memory", asked]
-    alone = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPIEXEC)}
-    done = subprocess.run(command, capture_output=True, text=True, env=alone, cwd=ROOT)
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
-        raise ShellmbError(f"bench: the process that measures memory failed: {last}")
-    return float(done.stdout.split()[-1])
+    return float(last_line("the process that measures memory", "tests.bench.memory", asked))
 
 
 def main(asked: str) -> None:

@@ -15,3 +15,8 @@ def test_a_scene_takes_its_first_step() -> None:
 def test_a_scene_that_is_none_is_refused() -> None:
     with pytest.raises(SceneError, match="there is no bundled scene 'none'"):
         run_first(["none"], 1, docs=False)
+
+
+def test_a_table_of_some_scenes_is_not_written() -> None:
+    with pytest.raises(SceneError, match="--docs is given with --scene"):
+        run_first(["sudden_load"], 1, docs=True)

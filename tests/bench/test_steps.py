@@ -8,6 +8,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from tests.bench.steps.pairs import Case, Row, cases, measured, python_of
+from tests.bench.steps.parts import parts_of
 from tests.bench.steps.worker import MANY, Pace
 
 
@@ -72,3 +73,10 @@ def test_two_of_the_same_take_the_same_time(kind: str) -> None:
     assert all(50 < mib < 5000 for mib in row.memory)
     # nothing is left open
     assert set(os.listdir("/proc/self/fd")) <= before
+
+
+def test_parts_of_steps_are_timed() -> None:
+    found = parts_of("chain3", "ep", 2e-3, rounds=1)
+    # six unknowns of a body and five multipliers of a joint; no part takes a second
+    assert found.unknowns == 33 and found.cost > 1
+    assert all(0 < seconds < 1 for seconds in found.seconds)

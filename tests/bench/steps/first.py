@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -14,10 +13,10 @@ from pathlib import Path
 
 from shellmb.accuracy.measuring.tables import Column, console, print_table
 from shellmb.demos.verification.measuring import markdown, replaced
-from shellmb.errors import SceneError, ShellmbError
+from shellmb.errors import SceneError
 from shellmb.running.loader import demos, load
+from tests.bench.steps.process import ROOT, last_line
 
-ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "evidence" / "costs.md"
 BEGIN, END = "<!-- first steps: begin -->", "<!-- first steps: end -->"
 
@@ -51,13 +50,9 @@ def first_step(name: str) -> First:
         ShellmbError: If the process fails.
     """
     with tempfile.TemporaryDirectory() as folder:
-        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-        command = [sys.executable, "-m", "tests.bench.steps.first", name, folder]
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=ROOT)
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
-        raise ShellmbError(f"bench: the first step of '{name}' failed: {last}")
-    return First(name, *json.loads(done.stdout.splitlines()[-1]))
+        arguments = "tests.bench.steps.first", name, folder
+        found = last_line(f"the first step of '{name}'", *arguments, OMP_NUM_THREADS="1")
+    return First(name, *json.loads(found))
 
 
 def run_first(names: Sequence[str], rounds: int, docs: bool) -> None:
@@ -69,8 +64,10 @@ def run_first(names: Sequence[str], rounds: int, docs: bool) -> None:
         docs: Whether the table in the documentation is written anew.
 
     Raises:
-        SceneError: If there is no such scene.
+        SceneError: If there is no such scene, or the table would lose others.
     """
+    if names and docs:
+        raise SceneError("bench: --docs is given with --scene; the table has all, leave one out")
     unknown = [name for name in names if name not in demos()]
     if unknown:
         raise SceneError(f"bench: there is no bundled scene '{unknown[0]}' (`shellmb list`)")
