@@ -65,6 +65,7 @@ def animate(
     kept, begins = list(range(len(what.states))), list[float]()
     # when the first two are drawn, it is known how many there can be
     tried = [] if left is None or len(kept) <= FEWEST else [0, _evenly(len(kept), FEWEST)[1]]
+    # both loops go on with what is added to it
     order = tried or kept.copy()
 
     def states() -> Iterator[dict[str, State]]:
