@@ -89,7 +89,7 @@ class SharedTable:
 
     def take(self, row: int, find: Find) -> None:
         """Take those of a step; collective."""
-        if self._comm.size > 1:
+        if self._comm.size > 1 and self._table.size:
             self._fill(slice(row, row + 1), find)
             self._comm.Allreduce(MPI.IN_PLACE, self._table[row : row + 1], op=self._op)
 

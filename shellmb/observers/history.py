@@ -6,6 +6,7 @@ import hashlib
 import math
 import time as clock
 from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -125,8 +126,8 @@ class History(BaseObserver):
             return
         # repr keeps all digits; what a scheme does not have is left empty; observers of a run that
         # goes on may stand in another order
-        numbers = ([repr(row[name]) for name in every[0]] for row in every[self._file.count :])
-        lines = [",".join(each).replace("nan", "") for each in numbers]
+        numbers = map(itemgetter(*every[0]), every[self._file.count :])
+        lines = [",".join(map(repr, each)).replace("nan", "") for each in numbers]
         self._file.add(lines)
         self._lines += lines
 

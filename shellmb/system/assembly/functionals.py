@@ -115,7 +115,7 @@ class LoopFunctionals:
         for loop, arguments in self._loops:
             loop.refresh()
             self._lib.residual(*arguments)
-        if self._comm.size > 1:
+        if self._comm.size > 1 and self._loops:
             self._comm.Allreduce(MPI.IN_PLACE, values)
         return values
 
