@@ -74,22 +74,20 @@ class PathForms:
         found = [part.path_term(self.step, *body.mixed.arguments) for part in body.elastic]
         both = [term for term in found if term is not None]
         terms = [reduce(together, both)] if both else []
-        alpha, sources = (
-            self._scheme.alpha,
-            (self.path.start, self.path.end, self.path.end_velocity),
-        )
+        alpha, path = self._scheme.alpha, self.path
+        sources = path.start, path.end, path.end_velocity
         states = self.states.functions
         over = partial(over_path, self._scheme.page, self._mesh, alpha, states, sources, self.dt)
         more, work = lossy(body, self.branches, over, (alpha, True), *body.mixed.arguments)
         terms += more
         # derivatives by functions that follow the unknown states have one kernel for both of these
         functions: Any = dict(zip(NAMES, self.states.functions, strict=True))
-        step = self.step._replace(path=self.path._replace(**functions))
+        step = self.step._replace(path=path._replace(**functions))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
             elastic = [part.row(step, k, dq) for part in body.elastic]
             held = [constraint.path(step.path, k, dq) for constraint in body.constraints]
-            inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
+            inertia = body.inertia(path.acceleration[k] / self.dt**2, dq)
             samples, followed = self._samples(stage, step.path)
             parts = [f for f in (inertia, added([*elastic, *held])) if f is not None]
             parts += acting(body, followed, dq)
