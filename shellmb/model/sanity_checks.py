@@ -33,7 +33,7 @@ from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Sce
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import GROUND, EdgeHinge
 from shellmb.scene.units import parse_units
-from shellmb.scene.values.validate import edge_names
+from shellmb.scene.values.validate import as_names
 
 # part of an area or length by which an element has collapsed
 COLLAPSED = 1e-3
@@ -422,7 +422,7 @@ def _touched(contact: Contact) -> str:
 
 def _named(where: Any) -> Iterable[str]:
     """Edges by their names; none of places that are given otherwise."""
-    return [n for n in edge_names(where) if isinstance(n, str)] if where is not None else []
+    return [n for n in as_names(where) if isinstance(n, str)] if where is not None else []
 
 
 def _tie(sets: Sets, a: Hashable, b: Hashable) -> None:

@@ -26,7 +26,7 @@ from shellmb.meshes.regions import true_at
 from shellmb.scene import Hyperelastic, Isotropic, MeshFile, Shell, Wrinkling
 from shellmb.scene.lookup import listed
 from shellmb.scene.shells.gmsh_surfaces import Meshed
-from shellmb.scene.values.validate import edge_names
+from shellmb.scene.values.validate import as_names
 
 # endings that are Nastran's, and such as may be
 NASTRAN, PERHAPS = {".bdf", ".nas", ".fem"}, {".dat"}
@@ -131,13 +131,13 @@ def _chosen(found: FileContent, group: str | tuple[str, ...] | None, who: str) -
     """Numbers of the cells of groups, ascending, or of all."""
     chosen: Sequence[int] = range(len(found.cells))
     if group is not None:
-        for name in edge_names(group):
+        for name in as_names(group):
             if name not in found.groups:
                 raise SceneError(
                     f"{who}: the mesh has no set of cells '{name}'; it has "
                     f"{listed(found.groups) or 'none'}"
                 )
-        chosen = sorted({n for name in edge_names(group) for n in found.groups[name]})
+        chosen = sorted({n for name in as_names(group) for n in found.groups[name]})
     if not chosen:
         there = ", ".join(sorted(found.left_out)) or "no cells"
         raise SceneError(

@@ -17,7 +17,7 @@ from shellmb.meshes.files.shellmesh import shell_mesh
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
 from shellmb.scene.shells.gmsh_surfaces import CAD, Meshed
-from shellmb.scene.values.validate import edge_names
+from shellmb.scene.values.validate import as_names
 
 # gmsh's element type -> kind
 CELLS = {2: "tri3", 9: "tri6", 3: "quad4", 16: "quad8", 10: "quad9"}
@@ -194,7 +194,7 @@ def _surface_entities(model: Any, shell: Shell) -> list[int]:
             f"group must be one of {names}, or several"
         )
     entities = []
-    for group in edge_names(surface.group):
+    for group in as_names(surface.group):
         if group not in known:
             raise SceneError(
                 f"shell '{shell.name}': the gmsh mesh has no physical surface '{group}'; it has "

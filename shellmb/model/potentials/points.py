@@ -22,7 +22,7 @@ from shellmb.model.locations.nodes import Finder, shared_nodes, values_at
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
-from shellmb.scene.values.validate import edge_names
+from shellmb.scene.values.validate import as_names
 
 MeshedBody = ShellModel | BeamModel
 
@@ -148,7 +148,7 @@ def _measures(body: MeshedBody, on: Any, who: str) -> list[ufl.Measure] | None:
     """Measures of the area or length; None at points."""
     if on is None:
         return [body.rules.nodes]
-    names = edge_names(on)
+    names = as_names(on)
     if isinstance(body, BeamModel) or not isinstance(names[0], str):
         return None
     mesh = body.domain

@@ -35,7 +35,7 @@ from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, 
 from shellmb.scene.multibody.offsets import node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
-from shellmb.scene.values.validate import edge_names, show
+from shellmb.scene.values.validate import as_names, show
 
 Ends = tuple[tuple[str, str], ...]
 
@@ -240,7 +240,7 @@ class _Reduction:
                 found.append(replace(support, body=target.name))
                 rigid = rigid and stays_rigid(support, target)
                 fixed = isinstance(support, Fixed)
-                wheres = (support.at,) if fixed else edge_names(support.at)
+                wheres = (support.at,) if fixed else as_names(support.at)
                 places += [(target.name, where, support.label) for where in wheres]
         nodes = [shared_nodes(self.mesh(name), where, who) for name, where, who in places]
         # edges with a node in common, perhaps on shells that are joined, are no frames of their own
@@ -257,7 +257,7 @@ class _Reduction:
         (target,) = self._scene.bodies_of(support)
         if target.name not in self.group or self.holding[self.group[target.name]]:
             return
-        for edge in edge_names(support.at):
+        for edge in as_names(support.at):
             name = f"{target.name}.{edge}"
             frame = self._frame(target.name, edge, support.label, name).frame
             if isinstance(support, Hinged):

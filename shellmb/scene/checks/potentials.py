@@ -13,7 +13,7 @@ from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import Modal
-from shellmb.scene.values.validate import edge_names, kind_of, listed, said, show
+from shellmb.scene.values.validate import as_names, kind_of, listed, said, show
 
 
 def check_potentials(scene: Description) -> None:
@@ -41,7 +41,7 @@ def check_potentials(scene: Description) -> None:
     for item in items:
         (body,) = scene.bodies_of(item)
         check_place(body, item.at, said(item), ANY)
-        points, places = points_of(body) or (), edge_names(item.at or ())
+        points, places = points_of(body) or (), as_names(item.at or ())
         if len({name in points for name in places}) > 1 and isinstance(places[0], str):
             raise SceneError(
                 f"{said(item)}: at is {show(item.at)}; it must be edges and areas, or points, and "

@@ -27,7 +27,7 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.user_functions import finite_in_time, values_at
-from shellmb.scene.values.validate import edge_names, error_of, kind_of, said, show
+from shellmb.scene.values.validate import as_names, error_of, kind_of, said, show
 
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")
@@ -221,7 +221,7 @@ def _targets(scene: Description) -> None:
 def _edges_of(join: Join, shell: str) -> set[str]:
     """Edges of a shell along which it is joined."""
     ends = ((join.first, join.at), (join.second, join.second_at))
-    return {edge for name, at in ends if name == shell for edge in edge_names(at)}
+    return {edge for name, at in ends if name == shell for edge in as_names(at)}
 
 
 def _time_functions(scene: Description) -> None:

@@ -12,7 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
 from shellmb.scene.types import Finite, Name, NonNegative, Positive, Several
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, edge_names, refused, show
+from shellmb.scene.values.validate import as_names, described, refused, show
 
 
 class Law:
@@ -69,7 +69,7 @@ class Controller(Law):
     name: Name
     sensors: Several[Sensor]
     law: Callable[..., Any]
-    outputs: Annotated[tuple[Name, ...], BeforeValidator(edge_names)] = ("u",)
+    outputs: Annotated[tuple[Name, ...], BeforeValidator(as_names)] = ("u",)
     state: Any = None
     period: Positive | None = None
 

@@ -208,9 +208,9 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(v) for v in value) if type(value) in (list, tuple) else value
 
 
-def edge_names(edge: str | tuple[str, ...]) -> tuple[str, ...]:
+def as_names(names: str | tuple[str, ...]) -> tuple[str, ...]:
     """One name or several, always as a tuple."""
-    return (edge,) if isinstance(edge, str) else edge
+    return (names,) if isinstance(names, str) else names
 
 
 def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
