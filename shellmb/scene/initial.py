@@ -5,10 +5,9 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from shellmb.errors import SceneError
 from shellmb.scene.types import ORIGIN, Finite, Held, Name, NonNegative, PositiveInt, Vector
 from shellmb.scene.values.user_functions import OfPosition
-from shellmb.scene.values.validate import described
+from shellmb.scene.values.validate import Sentences, described
 
 
 @described("initial velocity")
@@ -74,13 +73,10 @@ class FromMode:
     amplitude: Finite = 0.0
     velocity: Finite = 0.0
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Refuse a mode without effect."""
         if self.amplitude == 0.0 and self.velocity == 0.0:
-            raise SceneError(
-                "start from a mode: amplitude and velocity are 0; one of them must be different "
-                "from 0"
-            )
+            yield "amplitude and velocity are 0; one of them must be different from 0"
 
 
 @described("start from a shape")
@@ -98,13 +94,10 @@ class FromShape:
     rotation: OfPosition | None = None
     body: Name | None = None
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Refuse a shape without effect."""
         if self.displacement is None and self.rotation is None:
-            raise SceneError(
-                "start from a shape: displacement and rotation are missing; one of them must be "
-                "given"
-            )
+            yield "displacement and rotation are missing; one of them must be given"
 
 
 WORDS = ("given", "equilibrium")

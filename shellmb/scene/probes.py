@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Held, Listed, Name, PositiveInt, Spot, Untrue
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import Sentences, described, show
 
 Quantity = Literal[
     "displacement",
@@ -70,21 +69,17 @@ class Probe:
     frame: Name | None = None
     frame_at: Spot | None = None
 
-    def __post_init__(self) -> None:
-        """Check that a frame can be seen from.
-
-        Raises:
-            SceneError: If it is a place on no body, or the quantity is no motion.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that a frame can be seen from."""
         if self.frame is None and self.frame_at is not None:
-            raise SceneError(
-                f"probe '{self.name}': frame_at is {show(self.frame_at)} and frame is missing; it "
-                "must be the body whose frame it is"
+            yield (
+                f"frame_at is {show(self.frame_at)} and frame is missing; it must be the body "
+                "whose frame it is"
             )
         if self.frame is not None and self.quantity not in MOTIONS:
-            raise SceneError(
-                f"probe '{self.name}': frame is {show(self.frame)} and quantity "
-                f"{show(self.quantity)}, which has the axes of its own body; frame must be left out"
+            yield (
+                f"frame is {show(self.frame)} and quantity {show(self.quantity)}, which has the "
+                "axes of its own body; frame must be left out"
             )
 
 

@@ -5,10 +5,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.scene.types import NONE, Finite, Listed, Positive, PositiveInt, Untrue
-from shellmb.scene.values.validate import described, listed, refused, show
+from shellmb.scene.values.validate import Sentences, described, listed, show
 
 Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]
@@ -83,35 +82,26 @@ class StepControl:
     step_error: Positive | None = None
     times: Listed[Positive] = NONE
 
-    def __post_init__(self) -> None:
-        """Check that the steps are in order, and that one thing controls them.
-
-        Raises:
-            SceneError: If ``min_dt`` exceeds ``max_dt`` or is it where there is a step error, if
-                that is beyond any use, if there are two, or if times do not increase.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that the steps are in order, and that one thing controls them."""
         if self.min_dt and self.max_dt and self.min_dt > self.max_dt:
-            raise refused(
-                self, "min_dt", f"it must be at most max_dt, which is {show(self.max_dt)}"
-            )
+            yield "min_dt", f"it must be at most max_dt, which is {show(self.max_dt)}"
         for a, b in pairwise(self.times):
             if not b > a:
-                raise SceneError(f"step control: time {b:g} follows {a:g}; times must increase")
+                yield f"time {b:g} follows {a:g}; times must increase"
         if self.step_error is None:
             return
         if self.step_error >= 1:
-            raise refused(
-                self, "step_error", "it must be less than 1, which is an error as large as the body"
-            )
+            yield "step_error", "it must be less than 1, which is an error as large as the body"
         if self.jump_tolerance is not None:
-            raise SceneError(
-                f"step control: step_error is {show(self.step_error)} and jump_tolerance is "
+            yield (
+                f"step_error is {show(self.step_error)} and jump_tolerance is "
                 f"{show(self.jump_tolerance)}; one of them must be left out"
             )
         if self.min_dt and self.min_dt == self.max_dt:
-            raise SceneError(
-                f"step control: step_error is {show(self.step_error)} and min_dt and max_dt are "
-                f"both {show(self.min_dt)}; a step that cannot change must have none"
+            yield (
+                f"step_error is {show(self.step_error)} and min_dt and max_dt are both "
+                f"{show(self.min_dt)}; a step that cannot change must have none"
             )
 
 
@@ -180,19 +170,12 @@ class PathFollowing:
     side: Annotated[Literal[1, -1], Untrue] = 1
     switches: PositiveInt = 1
 
-    def __post_init__(self) -> None:
-        """Check that the end is not the start, and that levels differ.
-
-        Raises:
-            SceneError: If `load_end` or a level is zero, or a level is given twice.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that the end is not the start, and that levels differ."""
         if self.load_end == 0.0:
-            raise SceneError(
-                "path following: load_end is 0; it must be another load factor, because the path "
-                "starts there"
-            )
+            yield "load_end is 0; it must be another load factor, because the path starts there"
         if 0.0 in self.load_levels or len(set(self.load_levels)) < len(self.load_levels):
-            raise SceneError(
-                f"path following: load_levels is {show(self.load_levels)}; they must be different "
-                "load factors other than 0, where the path starts"
+            yield (
+                f"load_levels is {show(self.load_levels)}; they must be different load factors "
+                "other than 0, where the path starts"
             )

@@ -6,12 +6,11 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import InstanceOf
 
-from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
 from shellmb.scene.values.models import BeamNaturalStrain, BodyModel, Deforming
-from shellmb.scene.values.validate import described, error_of, refused, show, unit_vector
+from shellmb.scene.values.validate import Sentences, described, show, unit_vector
 
 
 @described("beam")
@@ -57,35 +56,28 @@ class Beam(Deforming):
     terms: Listed[Callable[..., Any]] = NONE
     natural: InstanceOf[BeamNaturalStrain] | None = None
 
-    def __post_init__(self) -> None:
-        """Check the mesh and the direction of the section.
-
-        Raises:
-            SceneError: If a closed line has too few elements, ``up`` is tangential somewhere, or it
-                is given where the shell tells it.
-        """
+    def _wrong(self) -> Sentences:
+        """Check the mesh and the direction of the section."""
         if self.natural is not None and not self.exact:
-            raise error_of(
-                self, f"natural is given, and its model is {show(self.model)}; it must be 'exact'"
-            )
+            yield f"natural is given, and its model is {show(self.model)}; it must be 'exact'"
         if self.natural is not None and self.natural.extension and not self.stretching:
-            raise SceneError(
-                f"beam '{self.name}': natural is given with an extension, and stretching is False; "
-                "it must be True, or extension must be left out"
+            yield (
+                "natural is given with an extension, and stretching is False; it must be True, or "
+                "extension must be left out"
             )
         if self.curve.shell is not None:
             if self.up is not None:
-                raise refused(self, "up", "it must be left out along a shell, whose director is d3")
+                yield "up", "it must be left out along a shell, whose director is d3"
             return
         if self.curve.closed and self.elements < 3:
-            raise refused(self, "elements", "it must be at least 3 around a closed curve")
+            yield "elements", "it must be at least 3 around a closed curve"
         if self.up is not None:
             up = unit_vector(self.up, f"beam '{self.name}': up")
             xi = np.linspace(0, 1, 33)
             across = np.linalg.norm(np.cross(up, self.curve.tangent(xi), axis=0), axis=0)
             if across.min() < 1e-6:
-                raise SceneError(
-                    f"beam '{self.name}': up is {show(self.up)}, which is tangential at xi = "
+                yield (
+                    f"up is {show(self.up)}, which is tangential at xi = "
                     f"{xi[across.argmin()]:.3g}; it must have a part across the beam everywhere"
                 )
 

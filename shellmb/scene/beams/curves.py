@@ -16,7 +16,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
 from shellmb.scene.values.user_functions import points_by
-from shellmb.scene.values.validate import check_differ, described, refused, show, unit_vector
+from shellmb.scene.values.validate import Sentences, described, differ, show, unit_vector
 
 
 class Curve:
@@ -94,13 +94,9 @@ class Line(Curve):
 
     straight = True
 
-    def __post_init__(self) -> None:
-        """Check that it has a length.
-
-        Raises:
-            SceneError: If both ends coincide.
-        """
-        check_differ(self, "start", "end")
+    def _wrong(self) -> Sentences:
+        """Check that it has a length."""
+        return differ(self, "start", "end")
 
     def position(self, xi: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
@@ -128,18 +124,12 @@ class CircularArc(Curve):
     axis: Axis
     angle_rad: Finite
 
-    def __post_init__(self) -> None:
-        """Check that there is an arc.
-
-        Raises:
-            SceneError: If the angle is zero or more than a turn, or ``start`` is on the axis.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that there is an arc."""
         if not 0 < abs(self.angle_rad) <= 2 * math.pi * (1 + 1e-12):
-            raise refused(self, "angle_rad", "it must not be zero and at most a turn of 2 pi")
+            yield "angle_rad", "it must not be zero and at most a turn of 2 pi"
         if not self.radius > 1e-12 * float(np.linalg.norm(np.subtract(self.start, self.center))):
-            raise SceneError(
-                f"circular arc: start {show(self.start)} is on the axis; it must be beside it"
-            )
+            yield f"start {show(self.start)} is on the axis; it must be beside it"
 
     @cached_property
     def _axes(self) -> tuple[Floats, Floats, Floats]:
@@ -229,15 +219,11 @@ class ParametricCurve(Curve):
 
     function: Callable[[Any], Any]
 
-    def __post_init__(self) -> None:
-        """Try the function and check that the curve has a length everywhere.
-
-        Raises:
-            SceneError: If the function is not one of a curve.
-        """
+    def _wrong(self) -> Sentences:
+        """Try the function and check that the curve has a length everywhere."""
         speed = np.linalg.norm(self._derivative(np.linspace(0, 1, 33)), axis=0)
         if not speed.min() > 1e-9 * speed.max():
-            raise SceneError("parametric curve: function stands still; X_,xi must not be zero")
+            yield "function stands still; X_,xi must not be zero"
 
     def position(self, xi: Floats) -> Floats:
         """Reference positions, shape (3, n).
@@ -279,10 +265,6 @@ class AlongLine(Curve):
     start: Spot
     end: Spot
 
-    def __post_init__(self) -> None:
-        """Check that it has a length.
-
-        Raises:
-            SceneError: If both ends coincide.
-        """
-        check_differ(self, "start", "end")
+    def _wrong(self) -> Sentences:
+        """Check that it has a length."""
+        return differ(self, "start", "end")

@@ -16,10 +16,9 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, NonNegative, Positive, numbers
 from shellmb.scene.values.damping import BeamTimes, Damped, Prony
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import Sentences, described, show
 
 type BeamMass = tuple[float, tuple[float, float], tuple[float, float, float]]
 
@@ -99,45 +98,40 @@ class GeneralSection(BeamSection):
     mass_damping: NonNegative = 0.0
     relaxation: Prony | None = None
 
-    def __post_init__(self) -> None:
-        """Check that energies are positive, and fill in the size.
-
-        Raises:
-            SceneError: If the stiffness is not symmetric and positive definite, or no
-                distribution of mass has such moments.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that energies are positive, and fill in the size."""
         C = self.stiffness
         scale = np.sqrt(np.abs(np.outer(C.diagonal(), C.diagonal())))
         if (np.abs(C - C.T) > 1e-9 * scale).any():
             i, j = np.unravel_index(np.argmax(np.abs(C - C.T)), C.shape)
-            raise SceneError(
-                f"general section: stiffness[{i}, {j}] is {C[i, j]:g} and [{j}, {i}] is "
-                f"{C[j, i]:g}; it must be symmetric"
+            yield (
+                f"stiffness[{i}, {j}] is {C[i, j]:g} and [{j}, {i}] is {C[j, i]:g}; it must be "
+                "symmetric"
             )
         C = (C + C.T) / 2
         if not (C.diagonal() > 0).all() or np.linalg.eigvalsh(C / scale).min() <= 1e-14:
-            raise SceneError(
-                f"general section: stiffness has the diagonal {show(C.diagonal())} and is not "
-                "positive definite; it must be"
+            yield (
+                f"stiffness has the diagonal {show(C.diagonal())} and is not positive definite; it "
+                "must be"
             )
-        self._check_mass()
+        yield from self._wrong_mass()
         C.flags.writeable = False
         object.__setattr__(self, "stiffness", C)
         if not self.size:
             object.__setattr__(self, "size", math.sqrt(12 * max(C[4, 4], C[5, 5]) / C[0, 0]))
 
-    def _check_mass(self) -> None:
+    def _wrong_mass(self) -> Sentences:
         (s2, s3), (i22, i23, i33) = self.first_moments, self.second_moments
         moments = np.array([[self.mass_per_length, s2, s3], [s2, i22, i23], [s3, i23, i33]])
         d = np.sqrt(np.maximum(moments.diagonal(), 0.0))
         # each row in its own size
         scaled = moments / np.outer(np.where(d > 0, d, 1.0), np.where(d > 0, d, 1.0))
         if moments[d == 0].any() or np.linalg.eigvalsh(scaled).min() < -1e-9:
-            raise SceneError(
-                f"general section: mass_per_length {show(self.mass_per_length)} with first_moments "
+            yield (
+                f"mass_per_length {show(self.mass_per_length)} with first_moments "
                 f"{show(self.first_moments)} and second_moments {show(self.second_moments)} belong "
-                "to no distribution of mass; their matrix [[m, s2, s3], [s2, I22, I23], "
-                "[s3, I23, I33]] must be positive semidefinite"
+                "to no distribution of mass; their matrix [[m, s2, s3], [s2, I22, I23], [s3, I23, "
+                "I33]] must be positive semidefinite"
             )
 
     def __eq__(self, other: object) -> bool:
@@ -208,16 +202,12 @@ class _Shape(BeamSection):
         """Shear corrections along d2 and d3 [-]."""
         raise NotImplementedError
 
-    def __post_init__(self) -> None:
-        """Check the moduli.
-
-        Raises:
-            SceneError: If there is not one of them beside Young's.
-        """
+    def _wrong(self) -> Sentences:
+        """Check the moduli."""
         if (self.nu is None) == (self.G is None):
-            raise SceneError(
-                f"{self.label}: nu is {show(self.nu)} and G is {show(self.G)}; exactly one of "
-                "them must be given, the other None"
+            yield (
+                f"nu is {show(self.nu)} and G is {show(self.G)}; exactly one of them must be "
+                "given, the other None"
             )
 
     @cached_property
@@ -395,17 +385,12 @@ class TubularSection(_Round):
     thickness: Positive
     shear_correction: Positive | None = None
 
-    def __post_init__(self) -> None:
-        """Check the moduli and the wall.
-
-        Raises:
-            SceneError: If the wall fills the tube.
-        """
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check the moduli and the wall."""
         if self.thickness >= self.radius:
-            raise SceneError(
-                f"tubular section: thickness is {show(self.thickness)}; it must be less than the "
-                f"radius {show(self.radius)}, or use CircularSection"
+            yield (
+                f"thickness is {show(self.thickness)}; it must be less than the radius "
+                f"{show(self.radius)}, or use CircularSection"
             )
 
     @property

@@ -8,11 +8,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, InstanceOf
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
 from shellmb.scene.types import Finite, Name, NonNegative, Positive, Several
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import as_names, described, refused, show
+from shellmb.scene.values.validate import Sentences, as_names, described, show
 
 
 class Law:
@@ -75,17 +74,17 @@ class Controller(Law):
 
     AS_GIVEN: ClassVar[tuple[str, ...]] = ("state",)
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Check that it gives something."""
         if not self.outputs or len(set(self.outputs)) < len(self.outputs):
-            raise refused(self, "outputs", "it must be one name at least, each once")
+            yield "outputs", "it must be one name at least, each once"
         try:
             copy.deepcopy(self.state)
         except Exception as error:
-            raise SceneError(
-                f"controller '{self.name}': state is {show(self.state)}, which cannot be copied "
-                f"({error}); it must be numbers, texts, arrays, lists, tuples and dicts of these"
-            ) from None
+            yield (
+                f"state is {show(self.state)}, which cannot be copied ({error}); it must be "
+                "numbers, texts, arrays, lists, tuples and dicts of these"
+            )
 
     def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
         """Outputs and the new state, by the law."""
@@ -126,14 +125,10 @@ class PID(Law):
     # at first; then integral, derivative, error and target of the previous sample
     state = None
 
-    def __post_init__(self) -> None:
-        """Check the limits.
-
-        Raises:
-            SceneError: If they are in no order.
-        """
+    def _wrong(self) -> Sentences:
+        """Check the limits."""
         if self.limits is not None and not self.limits[0] < self.limits[1]:
-            raise refused(self, "limits", "the first must be less than the second")
+            yield "limits", "the first must be less than the second"
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:  # type: ignore[override]

@@ -11,7 +11,7 @@ from pydantic import InstanceOf
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Name, Positive
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import Sentences, described, show
 
 # what a sensor reads now
 type Reading = Callable[["Sensor"], float]
@@ -129,18 +129,14 @@ def sensors_of(part: Any) -> Iterator[Sensor]:
             yield from sensors_of(inner)
 
 
-def _check_operands(who: str, parts: tuple[Any, ...]) -> None:
-    """Refuse what has no value.
-
-    Raises:
-        SceneError: If a part is neither a quantity, a number, nor a function of time.
-    """
+def _wrong_operands(what: str, parts: tuple[Any, ...]) -> Sentences:
+    """Refuse what has no value: neither a quantity, a number, nor a function of time."""
     for part in parts:
         if isinstance(part, Quantity) or callable(part):
             continue
         if isinstance(part, bool) or not isinstance(part, int | float) or math.isnan(part):
-            raise SceneError(
-                f"{who} {show(part)}: a sensor can be compared and calculated with a number, a "
+            yield (
+                f"{what} {show(part)}: a sensor can be compared and calculated with a number, a "
                 "function of time or another sensor"
             )
 
@@ -163,9 +159,9 @@ class Formula(Quantity):
     operation: str
     parts: tuple[Any, ...]
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Check what it is applied to."""
-        _check_operands(f"formula: '{self.operation}' of", self.parts)
+        return _wrong_operands(f"'{self.operation}' of", self.parts)
 
     def value(self, read: Reading, t: float) -> float:
         """Value of the quantity."""
@@ -184,10 +180,9 @@ class Condition:
     operation: str
     parts: tuple[Any, Any]
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Check what is compared."""
-        if self.operation not in "&|":
-            _check_operands(f"condition: {self.operation}", self.parts)
+        return _wrong_operands(self.operation, () if self.operation in "&|" else self.parts)
 
     def __and__(self, other: Condition) -> Condition:
         return Condition("&", (self, other))

@@ -8,10 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import InstanceOf
 
-from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Place, Positive, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, frame, refused, show
+from shellmb.scene.values.validate import Sentences, described, frame, show
 
 
 @described("potential")
@@ -58,16 +57,12 @@ class Gas:
     exponent: Finite = 1.4
     ambient: Finite | None = None
 
-    def __post_init__(self) -> None:
-        """Check the exponent and the pressure outside.
-
-        Raises:
-            SceneError: If the exponent is below 1, or the pressure outside below 0.
-        """
+    def _wrong(self) -> Sentences:
+        """Check the exponent and the pressure outside."""
         if self.exponent < 1:
-            raise SceneError(f"gas: exponent is {show(self.exponent)}; it must be 1 or more")
+            yield "exponent", "it must be 1 or more"
         if self.ambient is not None and self.ambient < 0:
-            raise SceneError(f"gas: ambient is {show(self.ambient)}; it must be 0 or more")
+            yield "ambient", "it must be 0 or more"
 
     @property
     def outside(self) -> float:
@@ -99,19 +94,15 @@ class EnclosedVolume:
     change: TimeFunction | None = None
     origin: Vec3 = (0.0, 0.0, 0.0)
 
-    def __post_init__(self) -> None:
-        """Check that not both are given.
-
-        Raises:
-            SceneError: If there is a gas and a given volume, or a shell twice.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that not both are given."""
         if self.gas is not None and self.change is not None:
-            raise SceneError(
-                f"enclosed volume '{self.name}': gas and change are given; one of them must be "
-                "left out, because the volume of a gas follows from its pressure"
+            yield (
+                "gas and change are given; one of them must be left out, because the volume of a "
+                "gas follows from its pressure"
             )
         if len(set(self.shells)) < len(self.shells):
-            raise refused(self, "shells", "each must be named once")
+            yield "shells", "each must be named once"
 
 
 class Obstacle:
@@ -183,18 +174,14 @@ class Box(Obstacle):
     axis2: Axis = (0.0, 1.0, 0.0)
     rounding: NonNegative = 0.0
 
-    def __post_init__(self) -> None:
-        """Check its size and axes.
-
-        Raises:
-            SceneError: If it has no volume, too large a rounding, or skew axes.
-        """
+    def _wrong(self) -> Sentences:
+        """Check its size and axes."""
         if min(self.size) <= 0:
-            raise SceneError(f"box: size is {show(self.size)}; each extent must be greater than 0")
+            yield "size", "each extent must be greater than 0"
         if 2 * self.rounding >= min(self.size):
-            raise SceneError(
-                f"box: rounding is {self.rounding:g}; it must be less than half the smallest "
-                f"extent, which is {min(self.size):g}"
+            yield (
+                f"rounding is {self.rounding:g}; it must be less than half the smallest extent, "
+                f"which is {min(self.size):g}"
             )
         _ = self.axes
 
@@ -260,26 +247,21 @@ class Contact:
     preloaded: bool = False
     obstacle_body: Name | None = None
 
-    def __post_init__(self) -> None:
-        """Check that friction is complete, and that a body fits into a ball or tube.
-
-        Raises:
-            SceneError: Otherwise.
-        """
-        who = f"contact '{self.name}'"
+    def _wrong(self) -> Sentences:
+        """Check that friction is complete, and that a body fits into a ball or tube."""
         if self.friction > 0 and self.slip_speed is None:
-            raise SceneError(
-                f"{who}: friction is {self.friction:g} and slip_speed is missing; it must be the "
-                "slip [m/s] below which friction is viscous, a hundredth of the speeds of interest"
+            yield (
+                f"friction is {self.friction:g} and slip_speed is missing; it must be the slip "
+                "[m/s] below which friction is viscous, a hundredth of the speeds of interest"
             )
         if self.friction == 0 and self.slip_speed is not None:
-            raise SceneError(
-                f"{who}: slip_speed is {show(self.slip_speed)} and friction is 0; it must be left "
-                "out without friction"
+            yield (
+                f"slip_speed is {show(self.slip_speed)} and friction is 0; it must be left out "
+                "without friction"
             )
         obstacle: Any = self.obstacle
         if getattr(obstacle, "inside", False) and self.radius >= obstacle.radius:
-            raise SceneError(
-                f"{who}: radius is {self.radius:g}; it must be less than that of the "
-                f"{obstacle.label} that the body is in, which is {obstacle.radius:g}"
+            yield (
+                f"radius is {self.radius:g}; it must be less than that of the {obstacle.label} "
+                f"that the body is in, which is {obstacle.radius:g}"
             )

@@ -11,11 +11,10 @@ joints to the ground.
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Arm
 from shellmb.scene.types import Axis, Edge, Finite, Name, Place, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import Sentences, described, show
 
 Component = Finite | Callable[[float], float] | None
 Components = tuple[Component, Component, Component]
@@ -162,16 +161,12 @@ class Fixed(Support):
         both = {"displacement": self.displacement, "director": self.director}
         return {f"{name}[{k}]": c for name, some in both.items() for k, c in enumerate(some)}
 
-    def __post_init__(self) -> None:
-        """Check that something is fixed.
-
-        Raises:
-            SceneError: If every component is free.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that something is fixed."""
         if all(c is None for c in self.given.values()):
-            raise SceneError(
-                f"fixed components: nothing is fixed at {show(self.at)}; "
-                "give at least one component of displacement or director"
+            yield (
+                f"nothing is fixed at {show(self.at)}; give at least one component of displacement "
+                "or director"
             )
 
 
@@ -202,16 +197,12 @@ class Driven(EdgeSupport):
         """Rotation and translation."""
         return {"rotation": self.rotation, "translation": self.translation}
 
-    def __post_init__(self) -> None:
-        """Check that a motion is given.
-
-        Raises:
-            SceneError: If there is neither a rotation nor a translation.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that a motion is given."""
         if all(value is None for value in self.given.values()):
-            raise SceneError(
-                f"driven edge: neither rotation nor translation is given for {show(self.at)}; "
-                "give one at least, or use Clamped"
+            yield (
+                f"neither rotation nor translation is given for {show(self.at)}; give one at "
+                "least, or use Clamped"
             )
 
 

@@ -12,14 +12,13 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import InstanceOf
 
-from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import ALWAYS, Condition, Event
 from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
 from shellmb.scene.values.damping import Prony
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import check_differ, described, error_of, said, show
+from shellmb.scene.values.validate import Sentences, described, differ, show
 
 Coordinate = Literal["rotation", "translation"]
 
@@ -41,14 +40,10 @@ class Driver:
     rotation: TimeFunction | None = None
     translation: TimeFunction | None = None
 
-    def __post_init__(self) -> None:
-        """Check that a motion is given.
-
-        Raises:
-            SceneError: If there is neither a rotation nor a translation.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that a motion is given."""
         if not self.given:
-            raise error_of(self, "neither rotation nor translation is given; give one at least")
+            yield "neither rotation nor translation is given; give one at least"
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -82,23 +77,18 @@ class Lock:
     when: Name | InstanceOf[Condition] | None = None
     until: InstanceOf[Condition] | None = None
 
-    def __post_init__(self) -> None:
-        """Check that one thing says when it acts.
-
-        Raises:
-            SceneError: If nothing does, or two things do.
-        """
-        who = f"lock of joint '{self.joint}'"
+    def _wrong(self) -> Sentences:
+        """Check that one thing says when it acts."""
         if (self.active is None) == (self.when is None and self.until is None):
             state = "none is" if self.active is None else "both are"
-            raise SceneError(
-                f"{who}: of active and conditions (when, until) {state} given; it must be one of "
-                "them"
-            )
+            yield f"of active and conditions (when, until) {state} given; it must be one of them"
         if isinstance(self.when, str) and self.until is not None:
-            raise SceneError(
-                f"{who}: when is event '{self.when}' and until is given; it must be the event's"
-            )
+            yield f"when is event '{self.when}' and until is given; it must be the event's"
+
+    @property
+    def said(self) -> str:
+        """Name that messages use for it."""
+        return f"lock of joint '{self.joint}'"
 
     @property
     def event(self) -> Event | None:
@@ -129,22 +119,16 @@ class Element:
     laws: ClassVar[tuple[str, ...]] = ()
     relaxation: Prony | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law, of which there are shares where it relaxes.
-
-        Raises:
-            SceneError: If both or none are given, or a potential relaxes.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that it has one law, of which there are shares where it relaxes."""
         given = [name for name in self.laws if getattr(self, name) is not None]
         if self.laws and len(given) != 1:
             state = "both are" if given else "neither is"
-            raise SceneError(
-                f"{said(self)}: of {' and '.join(self.laws)} {state} given; it must be exactly one"
-            )
+            yield f"of {' and '.join(self.laws)} {state} given; it must be exactly one"
         if self.relaxation is not None and "potential" in given:
-            raise SceneError(
-                f"{said(self)}: it has a relaxation and a potential; a spring that relaxes must "
-                "have a stiffness, of which its Prony series tells shares"
+            yield (
+                "it has a relaxation and a potential; a spring that relaxes must have a stiffness, "
+                "of which its Prony series tells shares"
             )
 
 
@@ -179,14 +163,9 @@ class PointElement(Element):
     at: Point
     second_at: Point
 
-    def __post_init__(self) -> None:
-        """Check that it has two ends.
-
-        Raises:
-            SceneError: If both are on one body.
-        """
-        check_differ(self, "first", "second", "they must be two bodies")
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check that it has two ends."""
+        return differ(self, "first", "second", "they must be two bodies")
 
 
 @described("joint spring")
@@ -257,20 +236,16 @@ class JointStop(JointElement):
     relative_damping: NonNegative = 0.0
     coordinate: Coordinate | None = None
 
-    def __post_init__(self) -> None:
-        """Check that there is a limit, and that the joint starts between both.
-
-        Raises:
-            SceneError: Otherwise.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that there is a limit, and that the joint starts between both."""
         if self.lower is None and self.upper is None:
-            raise SceneError(f"{said(self)}: neither lower nor upper is given; give one at least")
+            yield "neither lower nor upper is given; give one at least"
         low = -math.inf if self.lower is None else self.lower
         high = math.inf if self.upper is None else self.upper
         if not (low < high and low <= 0 <= high):
-            raise SceneError(
-                f"{said(self)}: lower is {show(self.lower)} and upper {show(self.upper)}; they "
-                "must be such that 0 is between them, which is where the joint starts"
+            yield (
+                f"lower is {show(self.lower)} and upper {show(self.upper)}; they must be such that "
+                "0 is between them, which is where the joint starts"
             )
 
 
@@ -318,17 +293,12 @@ class Spring(PointElement):
 
     laws = ("stiffness", "potential")
 
-    def __post_init__(self) -> None:
-        """Check that its law is one.
-
-        Raises:
-            SceneError: If a natural length comes with a potential.
-        """
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check that its law is one."""
         if self.potential is not None and self.length is not None:
-            raise SceneError(
-                f"{said(self)}: length is {self.length:g}; it must be left out with a potential, "
-                "which is a function of the whole length"
+            yield (
+                f"length is {self.length:g}; it must be left out with a potential, which is a "
+                "function of the whole length"
             )
 
 

@@ -13,11 +13,10 @@ from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar
 
-from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import check_differ, described, frame, refused, show
+from shellmb.scene.values.validate import Sentences, described, differ, frame, show
 
 GROUND = "ground"
 
@@ -59,13 +58,9 @@ class Joint:
     along_scene: ClassVar[bool] = False
     label: ClassVar[str] = "joint"
 
-    def __post_init__(self) -> None:
-        """Check that there are two bodies.
-
-        Raises:
-            SceneError: If both are the same.
-        """
-        check_differ(self, "first", "second")
+    def _wrong(self) -> Sentences:
+        """Check that there are two bodies."""
+        return differ(self, "first", "second")
 
     @property
     def said(self) -> str:
@@ -117,7 +112,6 @@ class Universal(Joint):
         Raises:
             SceneError: If they are not perpendicular.
         """
-        super().__post_init__()
         frame(self.said, "axis", self.axis, "second_axis", self.second_axis)
 
 
@@ -175,15 +169,10 @@ class Screw(Joint):
 
     freedoms = ("rotation",)
 
-    def __post_init__(self) -> None:
-        """Check the pitch.
-
-        Raises:
-            SceneError: If it is zero.
-        """
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check the pitch."""
         if self.pitch == 0:
-            raise refused(self, "pitch", "it must not be zero, or use Revolute")
+            yield "pitch", "it must not be zero, or use Revolute"
 
 
 @described("weld")
@@ -307,26 +296,21 @@ class EdgeHinge(Joint):
     freedoms = ("rotation",)
     shells = (True, True)
 
-    def __post_init__(self) -> None:
-        """Check what concerns the hinge alone.
-
-        Raises:
-            SceneError: If it has a mass or windows, or an end is no edge.
-        """
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check what concerns the hinge alone."""
         if self.mass:
-            raise SceneError(
-                f"{self.said}: mass is {show(self.mass)}; it must be 0, where the mass of a hinge "
-                "is part of a rigid body or of a shell"
+            yield (
+                f"mass is {show(self.mass)}; it must be 0, where the mass of a hinge is part of a "
+                "rigid body or of a shell"
             )
         if self.active is not None:
-            raise refused(self, "active", "it must be left out, because an edge hinge acts always")
+            yield "active", "it must be left out, because an edge hinge acts always"
         for name in ("at", "second_at"):
             where = getattr(self, name)
             if where is not None and not isinstance(where, str):
-                raise SceneError(
-                    f"{self.said}: {name} is {show(where)}; it must be the name of an edge, or be "
-                    "left out where the body is no shell"
+                yield (
+                    f"{name} is {show(where)}; it must be the name of an edge, or be left out "
+                    "where the body is no shell"
                 )
 
 

@@ -10,9 +10,8 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Positive, Vec3, explained
-from shellmb.scene.values.validate import described, error_of, listed, refused, show
+from shellmb.scene.values.validate import Sentences, described, error_of, listed, refused, show
 
 RESERVED = ("origin", "center")
 
@@ -100,42 +99,35 @@ class RigidBody:
     points: dict[str, Vec3] = field(default_factory=dict)
     shape: DrawnShape = None
 
-    def __post_init__(self) -> None:
-        """Check inertia, rotation and names.
-
-        Raises:
-            SceneError: If no body has such an inertia, the matrix is no rotation, or a point has
-                one of the names that every body has.
-        """
+    def _wrong(self) -> Sentences:
+        """Check inertia, rotation and names."""
         _ = self.axes
-        self._check_inertia()
+        yield from self._wrong_inertia()
         if self.shape in EQUIVALENT and not (self.mass > 0 and self.inertia_tensor.any()):
-            raise SceneError(
-                f"rigid body '{self.name}': shape is '{self.shape}', which mass and inertia "
-                "determine, and one of them is 0; give the three sides of a box [m]"
+            yield (
+                f"shape is '{self.shape}', which mass and inertia determine, and one of them is 0; "
+                "give the three sides of a box [m]"
             )
         for name in self.points:
             if name in RESERVED or not name:
-                raise SceneError(
-                    f"rigid body '{self.name}': a point is named {show(name)}; it must have "
-                    "another name than 'origin' and 'center', which every body has"
+                yield (
+                    f"a point is named {show(name)}; it must have another name than 'origin' and "
+                    "'center', which every body has"
                 )
 
-    def _check_inertia(self) -> None:
+    def _wrong_inertia(self) -> Sentences:
         J = self.inertia_tensor
         size = np.abs(J).max()
         if np.abs(J - J.T).max() > 1e-9 * size:
-            raise refused(self, "inertia", "it must be symmetric")
+            yield "inertia", "it must be symmetric"
         principal = np.linalg.eigvalsh(J)
         said = ", ".join(f"{p:.6g}" for p in principal)
         if principal[0] < -1e-9 * size:
-            raise error_of(
-                self, f"inertia has the principal moments {said}; none of them must be negative"
-            )
+            yield f"inertia has the principal moments {said}; none of them must be negative"
         if principal[2] - principal[0] - principal[1] > 1e-9 * size:
-            raise SceneError(
-                f"rigid body '{self.name}': inertia has the principal moments {said}; each must "
-                "be at most the sum of the other two"
+            yield (
+                f"inertia has the principal moments {said}; each must be at most the sum of the "
+                "other two"
             )
 
     @cached_property

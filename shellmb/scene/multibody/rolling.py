@@ -4,10 +4,9 @@ from dataclasses import field
 
 import numpy as np
 
-from shellmb.errors import SceneError
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.types import Axis, Positive
-from shellmb.scene.values.validate import described, refused, show, unit_vector
+from shellmb.scene.values.validate import Sentences, described, show, unit_vector
 
 # sine of the angle between a wheel's axis (a blade) and the normal below which it lies flat
 # (stands up): the direction it heads in is lost
@@ -20,30 +19,29 @@ class Contact(Joint):
 
     normal: Axis = field(kw_only=True)
 
-    def __post_init__(self) -> None:
-        """Check what a contact cannot have.
-
-        Raises:
-            SceneError: If the second body is the ground, or there are windows of time.
-        """
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check what a contact cannot have."""
         if self.second == GROUND:
-            raise SceneError(
-                f"{self.said}: second is 'ground'; it must be the body that moves on the plane, "
-                "and the plane belongs to the first"
+            yield (
+                "second is 'ground'; it must be the body that moves on the plane, and the plane "
+                "belongs to the first"
             )
         if self.active is not None:
-            raise refused(self, "active", "it must be None: contacts act always")
+            yield "active", "it must be None: contacts act always"
 
-    def _across(self, direction: Axis, what: str) -> None:
-        """Check that a direction of the second body is not normal to the plane."""
-        n = unit_vector(self.normal, f"{self.said}: normal")
-        d = unit_vector(direction, f"{self.said}: {what}")
-        if float(np.linalg.norm(np.cross(n, d))) < FLAT:
-            raise SceneError(
-                f"{self.said}: {what} {show(direction)} is normal to the plane; it must not be: "
-                "there is no direction that it could move in"
-            )
+        # a sphere has no axis
+        for what in ("axis", "direction"):
+            direction = getattr(self, what, None)
+            if direction is not None and _sine(self.normal, direction) < FLAT:
+                yield (
+                    f"{what} {show(direction)} is normal to the plane; it must not be: there is no "
+                    "direction that it could move in"
+                )
+
+
+def _sine(a: Axis, b: Axis) -> float:
+    """Sine of the angle between two directions."""
+    return float(np.linalg.norm(np.cross(unit_vector(a, "normal"), unit_vector(b, "direction"))))
 
 
 @described("rolling joint")
@@ -71,16 +69,6 @@ class Rolling(Contact):
     radius: Positive = field(kw_only=True)
     axis: Axis | None = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
-        """Check the axis.
-
-        Raises:
-            SceneError: If it is normal to the plane.
-        """
-        super().__post_init__()
-        if self.axis is not None:
-            self._across(self.axis, "axis")
-
 
 @described("knife-edge joint")
 class KnifeEdge(Contact):
@@ -100,12 +88,3 @@ class KnifeEdge(Contact):
     """
 
     direction: Axis = field(kw_only=True)
-
-    def __post_init__(self) -> None:
-        """Check the direction.
-
-        Raises:
-            SceneError: If it is normal to the plane.
-        """
-        super().__post_init__()
-        self._across(self.direction, "direction")

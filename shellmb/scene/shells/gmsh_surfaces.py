@@ -13,10 +13,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import Edge, Held, Name, Positive, PositiveInt
-from shellmb.scene.values.validate import described, extended
+from shellmb.scene.values.validate import Sentences, described, extended
 
 # part of a side below which nodes are one: gaps of CAD and of single precision are 1e-4 of it at
 # most, the smallest sides that are meant as such a tenth
@@ -74,15 +73,11 @@ class OfFile(Meshed):
     scale: Positive = 1.0
     refine: PositiveInt = 1
 
-    def __post_init__(self) -> None:
-        """Check that the file is there.
-
-        Raises:
-            SceneError: If it is not.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that the file is there."""
         # a name may be too long for a file, or have letters that none has
         if not os.path.isfile(self.path):
-            raise SceneError(f"{self.label}: path is '{self.path}'; there is no such file")
+            yield f"path is '{self.path}'; there is no such file"
 
 
 @extended("gmsh file")
@@ -110,35 +105,29 @@ class GmshFile(OfFile):
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
-    def __post_init__(self) -> None:
-        """Check that the file is there, and is what its ending says.
-
-        Raises:
-            SceneError: If it is not.
-        """
-        super().__post_init__()
+    def _wrong(self) -> Sentences:
+        """Check that the file is there, and is what its ending says."""
         ending = self.path.suffix.lower()
         if ending == ".geo_unrolled":
-            raise SceneError(
-                f"gmsh file: '{self.path}' is a program for gmsh, which may do anything on this "
-                "machine; if you trust it, name it .geo"
+            yield (
+                f"'{self.path}' is a program for gmsh, which may do anything on this machine; if "
+                "you trust it, name it .geo"
             )
         if ending not in READ:
-            raise SceneError(
-                f"gmsh file: path is '{self.path}'; it must end in one of {', '.join(READ)}, or be "
-                "a MeshFile"
+            yield (
+                f"path is '{self.path}'; it must end in one of {', '.join(READ)}, or be a MeshFile"
             )
         with self.path.open("rb") as file:
             # gmsh itself goes by the first bytes: a line before them makes a program of it
             begin = file.read(16)
         if ending == ".msh" and not begin.startswith(MSH):
-            raise SceneError(
-                f"gmsh file: '{self.path}' does not begin as a mesh of gmsh ($MeshFormat); a "
-                "program for gmsh must be named .geo"
+            yield (
+                f"'{self.path}' does not begin as a mesh of gmsh ($MeshFormat); a program for gmsh "
+                "must be named .geo"
             )
         # by these words gmsh takes anything for its own
         if ending != ".msh" and begin.startswith(b"$MeshFormat"):
-            raise SceneError(f"gmsh file: '{self.path}' is a mesh of gmsh; it must be named .msh")
+            yield f"'{self.path}' is a mesh of gmsh; it must be named .msh"
 
 
 @described("gmsh model")

@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.errors import SceneError, warn
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
-from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
+from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, unstable
 from shellmb.scene.shells.strength import Strength
 from shellmb.scene.types import (
     NONE,
@@ -25,7 +25,7 @@ from shellmb.scene.types import (
 )
 from shellmb.scene.values.damping import Prony, ShellTimes
 from shellmb.scene.values.models import NaturalStrain
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import Sentences, described, show
 
 # usual laminates of carbon fibres are up to 1.4 times too stiff by the factor 5/6, sandwiches from
 # 5 (honeycomb) to 1e6 times
@@ -59,9 +59,9 @@ class PlyMaterial:
     strength: Strength | None = None
     relaxation: Prony | None = None
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Check that the strain energy is positive."""
-        check_stable("ply material", self.E1, self.E2, self.nu12)
+        return unstable(self.E1, self.E2, self.nu12)
 
 
 @described("ply")
@@ -105,20 +105,16 @@ class Laminate(LinearSection):
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
-    def __post_init__(self) -> None:
-        """Check that there are plies, and warn of a factor that hides a soft core.
-
-        Raises:
-            SceneError: If there are none, or they relax differently with ``"energy"``.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that there are plies, and warn of a factor that hides a soft core."""
         if not self.plies:
-            raise SceneError("laminate: it has no plies; it must have one at least")
+            yield "it has no plies; it must have one at least"
         if self.shear_correction == "energy" and any(
             len(set(s)) > 1 for s in self.generic.branches
         ):
-            raise SceneError(
-                "laminate: shear_correction is 'energy', and its plies relax differently; it must "
-                "be a factor then"
+            yield (
+                "shear_correction is 'energy', and its plies relax differently; it must be a "
+                "factor then"
             )
         for sentence in self.doubts:
             warn(sentence)

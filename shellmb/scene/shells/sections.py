@@ -19,7 +19,7 @@ from shellmb.scene.shells.strength import Strength
 from shellmb.scene.types import Finite, NonNegative, Positive
 from shellmb.scene.values.damping import Damped, Prony, ShellTimes
 from shellmb.scene.values.user_functions import OfPosition, check_sign, values_at
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import Sentences, described
 
 type Mass = tuple[float, float, float]
 
@@ -250,18 +250,11 @@ class Isotropic(LinearSection):
         return (Layer(plane, transverse, self.density, thickness, 0.0, *own),)
 
 
-def check_stable(what: str, E1: float, E2: float, nu12: float) -> None:
-    """Refuse moduli with which the plane-stress energy is not positive.
-
-    Raises:
-        SceneError: If ``|nu12| >= sqrt(E1/E2)``.
-    """
+def unstable(E1: float, E2: float, nu12: float) -> Sentences:
+    """Refuse moduli with which the plane-stress energy is not positive."""
     bound = math.sqrt(E1 / E2)
     if abs(nu12) >= bound:
-        raise SceneError(
-            f"{what}: nu12 is {show(nu12)}; "
-            f"its magnitude must be less than sqrt(E1/E2) = {bound:.4g}"
-        )
+        yield "nu12", f"its magnitude must be less than sqrt(E1/E2) = {bound:.4g}"
 
 
 @described("orthotropic section")
@@ -305,9 +298,9 @@ class Orthotropic(LinearSection):
     strength: Strength | None = None
     relaxation: Prony | None = None
 
-    def __post_init__(self) -> None:
+    def _wrong(self) -> Sentences:
         """Check that the strain energy is positive."""
-        check_stable("orthotropic section", self.E1, self.E2, self.nu12)
+        return unstable(self.E1, self.E2, self.nu12)
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer, its axes turned."""

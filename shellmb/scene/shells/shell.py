@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, InstanceOf
 
-from shellmb.errors import SceneError
 from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
@@ -15,10 +14,10 @@ from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, V
 from shellmb.scene.values.models import BodyModel, Deforming, NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
 from shellmb.scene.values.validate import (
-    check_differ,
+    Sentences,
     described,
+    differ,
     error_of,
-    refused,
     show,
     unit_vector,
 )
@@ -97,93 +96,75 @@ class Shell(Deforming):
             raise error_of(self, f"degree is {self.degree}; it must be 2 on triangles")
 
     def __post_init__(self) -> None:
-        """Check what concerns several parameters.
-
-        Raises:
-            SceneError: If triangles are requested with degree 3, a linear shell has strains of its
-                own, an area has the name of an edge, a gmsh mesh is to be distorted, or a closed
-                surface has too few elements around.
-        """
+        """Fill in the cells of what is not meshed yet."""
         if self.cell is None and not isinstance(self.surface, Meshed):
             object.__setattr__(self, "cell", "quad")
+
+    def _wrong(self) -> Sentences:
+        """Check what concerns several parameters."""
         self.check_degree(self.cell)
         if self.linear and self.strains is not None:
-            raise SceneError(
-                f"shell '{self.name}': model is 'floating-frame', and it has strains of its own; "
-                "they must be left out, or the model must be 'exact'"
+            yield (
+                "model is 'floating-frame', and it has strains of its own; they must be left out, "
+                "or the model must be 'exact'"
             )
         for name in self.areas:
             if name in (*(self.surface.edges or ()), *(self.surface.points or ())):
-                raise SceneError(
-                    f"shell '{self.name}': an area is named {show(name)}, as one of its edges or "
-                    "points is; it must have another name"
+                yield (
+                    f"an area is named {show(name)}, as one of its edges or points is; it must "
+                    "have another name"
                 )
         if self.distortion and isinstance(self.surface, Meshed):
-            raise refused(
-                self, "distortion", "it must be 0 where the mesh is read, or made by gmsh"
-            )
+            yield "distortion", "it must be 0 where the mesh is read, or made by gmsh"
         if self.surface.closed and not self.surface.pole and self.mesh[0] < 3:
-            raise refused(self, "mesh", "it must have at least 3 elements around a closed surface")
+            yield "mesh", "it must have at least 3 elements around a closed surface"
         if self.direction is not None and not callable(self.direction):
             unit_vector(self.direction, f"shell '{self.name}': direction")
         if self.natural is not None:
-            check_natural(self)
+            yield from _natural(self, self.natural)
         if isinstance(self.section, Wrinkling) and not (self.exact or self.rigid):
-            raise SceneError(
-                f"shell '{self.name}': its section wrinkles, and its model is {show(self.model)}; "
-                "it must be 'exact': small strains about rest are those of the taut membrane"
+            yield (
+                f"its section wrinkles, and its model is {show(self.model)}; it must be 'exact': "
+                "small strains about rest are those of the taut membrane"
             )
         if not isinstance(self.section, LinearSection):
             for what in ("transverse_shear", "stretching", "coupling"):
                 if not getattr(self, what):
-                    raise SceneError(
-                        f"shell '{self.name}': {what} is False; it must be True with a "
+                    yield (
+                        f"{what} is False; it must be True with a "
                         f"{getattr(self.section, 'label', 'section')}, whose energy is of all "
                         "strains"
                     )
 
 
-def check_natural(shell: Shell) -> None:
-    """Refuse natural strains of shells that cannot have them.
-
-    Raises:
-        SceneError: Says what the shell must be.
-    """
-    assert shell.natural is not None
-    who = f"shell '{shell.name}': natural is given"
-    if not isinstance(shell.section, LinearSection):
-        raise SceneError(f"{who}; its section must be linear")
-    if not shell.exact:
-        raise SceneError(f"{who}, and its model is {show(shell.model)}; it must be 'exact'")
-    if not shell.stretching and shell.natural.membrane != (0.0, 0.0, 0.0):
-        raise SceneError(
-            f"{who} with membrane strains, and stretching is False; it must be True, or membrane "
-            "must be left out"
-        )
-    if shell.natural.plies:
-        check_plies(shell, f"{who} with plies")
-
-
-def check_plies(shell: Shell, who: str) -> None:
-    """Refuse natural strains of plies that do not belong to those of the section.
-
-    Raises:
-        SceneError: Says what they must be.
-    """
-    natural, section = shell.natural, shell.section
-    assert natural is not None and isinstance(section, LinearSection)
+def _natural(shell: Shell, natural: NaturalStrain) -> Sentences:
+    """Refuse natural strains of shells that cannot have them."""
     given: Any = natural.membrane, natural.curvature
+    section = shell.section
+    if not isinstance(section, LinearSection):
+        yield "natural is given; its section must be linear"
+        return
+    if not shell.exact:
+        yield f"natural is given, and its model is {show(shell.model)}; it must be 'exact'"
+    if not shell.stretching and natural.membrane != (0.0, 0.0, 0.0):
+        yield (
+            "natural is given with membrane strains, and stretching is False; it must be True, or "
+            "membrane must be left out"
+        )
+    if not natural.plies:
+        return
+    who = "natural is given with plies"
     if section.functions or any(map(callable, given)):
-        raise SceneError(f"{who}; its section and its strains must be the same everywhere")
+        yield f"{who}; its section and its strains must be the same everywhere"
     layup = section.generic.at_rest
     if len(natural.plies) != len(layup.layers):
-        raise SceneError(
+        yield (
             f"{who} of {len(natural.plies)} strains; there must be {len(layup.layers)}, one for "
             "each ply of the section"
         )
     e, scale = layup.natural_strain(natural.plies), np.repeat([1.0, layup.thickness], 3)
     if np.max(scale * np.abs(np.ravel(given) - e)) > 1e-9 * np.max(np.abs(natural.plies)):
-        raise SceneError(
+        yield (
             f"{who}, membrane {show(given[0])} and curvature {show(given[1])}; they must be those "
             f"of the plies in this section, {show(tuple(e[:3].tolist()))} and "
             f"{show(tuple(e[3:].tolist()))}, as `thermal_strain` finds them"
@@ -209,13 +190,9 @@ class Join:
     second_at: Edge
     kind: Literal["auto", "smooth", "kink"] = "auto"
 
-    def __post_init__(self) -> None:
-        """Check that there are two shells.
-
-        Raises:
-            SceneError: If both are the same.
-        """
-        check_differ(self, "first", "second", "they must be two shells")
+    def _wrong(self) -> Sentences:
+        """Check that there are two shells."""
+        return differ(self, "first", "second", "they must be two shells")
 
 
 def refined_times(shell: Shell) -> int | None:

@@ -8,16 +8,15 @@ Every surface has parameters ``xi`` and ``eta`` in [0, 1]. Its edges are ``left`
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Positive, Vec3
 from shellmb.scene.values.user_functions import points_by
-from shellmb.scene.values.validate import described, frame, show
+from shellmb.scene.values.validate import Sentences, described, frame, show
 
 
 class Surface:
@@ -50,8 +49,32 @@ class Surface:
         return None
 
 
+class _Framed(Surface):
+    """Base of surfaces with axes that are given by two perpendicular directions.
+
+    Attributes:
+        directions: Names of both.
+    """
+
+    label: ClassVar[str]
+    directions: ClassVar[tuple[str, str]] = ("axis1", "axis2")
+
+    def __post_init__(self) -> None:
+        """Check the axes."""
+        _ = self._axes
+
+    @cached_property
+    def _axes(self) -> tuple[Any, Any, Any]:
+        first, second = self.directions
+        return frame(self.label, first, getattr(self, first), second, getattr(self, second))
+
+    def normal(self, x: Floats) -> Floats:
+        """The one unit normal of a flat one, repeated to shape (3, n)."""
+        return np.repeat(self._axes[2][:, None], x.shape[1], axis=1)
+
+
 @described("rectangle")
-class Rectangle(Surface):
+class Rectangle(_Framed):
     """A flat rectangle: xi along ``axis1``, eta along ``axis2``, normal ``axis1 x axis2``.
 
     Args:
@@ -70,23 +93,11 @@ class Rectangle(Surface):
 
     flat = True
 
-    def __post_init__(self) -> None:
-        """Check the axes."""
-        _ = self._axes
-
-    @cached_property
-    def _axes(self) -> tuple[Any, Any, Any]:
-        return frame("rectangle", "axis1", self.axis1, "axis2", self.axis2)
-
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         e1, e2, _ = self._axes
         along = np.multiply.outer(e1, self.length * xi) + np.multiply.outer(e2, self.width * eta)
         return np.asarray(self.origin)[:, None] + along
-
-    def normal(self, x: Floats) -> Floats:
-        """The one unit normal, repeated to shape (3, n)."""
-        return np.repeat(self._axes[2][:, None], x.shape[1], axis=1)
 
 
 @described("parametric surface")
@@ -137,7 +148,7 @@ def _around(angle: Floats, e1: Floats, e2: Floats) -> Floats:
 
 
 @described("cylinder")
-class Cylinder(Surface):
+class Cylinder(_Framed):
     """A circular cylinder: xi along the arc, eta along the axis, normal outwards.
 
     With 360 degrees between the angles it is closed: then it has the edges ``bottom`` and ``top``
@@ -161,9 +172,11 @@ class Cylinder(Surface):
     start: Vec3 = (1.0, 0.0, 0.0)
     flip: bool = False
 
+    directions = ("axis", "start")
+
     def __post_init__(self) -> None:
         """Check the axes; a closed cylinder has two edges."""
-        _ = self._axes
+        super().__post_init__()
         if self.closed:
             object.__setattr__(self, "edges", ("bottom", "top"))
             object.__setattr__(self, "points", ("left-bottom", "left-top"))
@@ -172,10 +185,6 @@ class Cylinder(Surface):
     def closed(self) -> bool:  # type: ignore[override]
         """Decide whether the angles make a full turn."""
         return math.isclose(self.angles[1] - self.angles[0], 360.0)
-
-    @cached_property
-    def _axes(self) -> tuple[Any, Any, Any]:
-        return frame("cylinder", "axis", self.axis, "start", self.start)
 
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
@@ -237,18 +246,20 @@ class Sphere(_Polar):
     flip: bool = False
 
     def __post_init__(self) -> None:
-        """Check the polar angles and name the edges."""
+        """Name the edges."""
         sweep = self.azimuth[1] - self.azimuth[0]
-        whole = self.polar == (0.0, 180.0) and math.isclose(sweep, 360.0)
-        if self.polar[0] < 0 or (self.polar[1] >= 180 and not whole):
-            raise SceneError(
-                f"sphere: polar is {show(self.polar)} and azimuth {show(self.azimuth)}; polar must "
-                "begin at 0 or more and end below 180 degrees, or be (0, 180) with the full azimuth"
-            )
         self._name_parts(sweep, self.polar[0] == 0)
-        if whole:
+        if self.polar == (0.0, 180.0) and math.isclose(sweep, 360.0):
             object.__setattr__(self, "edges", ())
             object.__setattr__(self, "points", ("pole", "antipole"))
+
+    def _wrong(self) -> Sentences:
+        """Check the polar angles."""
+        if self.polar[0] < 0 or (self.polar[1] >= 180 and self.edges):
+            yield (
+                f"polar is {show(self.polar)} and azimuth {show(self.azimuth)}; polar must begin "
+                "at 0 or more and end below 180 degrees, or be (0, 180) with the full azimuth"
+            )
 
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
@@ -264,7 +275,7 @@ class Sphere(_Polar):
 
 
 @described("disc")
-class Disc(_Polar):
+class Disc(_Framed, _Polar):
     """A flat disc or sector: xi the angle, eta the radius, normal ``axis1 x axis2``.
 
     Its edges are ``top`` (the rim) and, for a sector, ``left`` and ``right``; its centre is the
@@ -287,19 +298,11 @@ class Disc(_Polar):
 
     def __post_init__(self) -> None:
         """Check the axes and name the edges."""
-        _ = self._axes
+        super().__post_init__()
         self._name_parts(self.angles[1] - self.angles[0], True)
-
-    @cached_property
-    def _axes(self) -> tuple[Any, Any, Any]:
-        return frame("disc", "axis1", self.axis1, "axis2", self.axis2)
 
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         e1, e2, _ = self._axes
         angle = np.radians(self.angles[0] + (self.angles[1] - self.angles[0]) * xi)
         return np.asarray(self.origin)[:, None] + self.radius * eta * _around(angle, e1, e2)
-
-    def normal(self, x: Floats) -> Floats:
-        """The one unit normal, repeated to shape (3, n)."""
-        return np.repeat(self._axes[2][:, None], x.shape[1], axis=1)

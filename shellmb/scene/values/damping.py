@@ -6,9 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, InstanceOf
 
-from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, NonNegative, Positive, explained, number
-from shellmb.scene.values.validate import described, plain, show
+from shellmb.scene.values.validate import Sentences, described, plain, show
 
 
 @described("shell damping")
@@ -78,23 +77,19 @@ class WLF:
     reference: Finite
     temperature: Finite
 
-    def __post_init__(self) -> None:
-        """Check that the formula holds at the temperature.
-
-        Raises:
-            SceneError: If ``temperature <= reference - C2``, or the factor is no number.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that the formula holds at the temperature."""
         above = self.temperature - self.reference
         if not self.C2 + above > 0:
-            raise SceneError(
-                f"WLF shift: temperature is {show(self.temperature)}; it must be above reference - "
-                f"C2 = {show(self.reference - self.C2)}, where the times are infinite"
+            infinite = show(self.reference - self.C2)
+            yield (
+                "temperature",
+                f"it must be above reference - C2 = {infinite}, where the times are infinite",
             )
         if abs(self.C1 * above / (self.C2 + above)) > 100:
-            raise SceneError(
-                f"WLF shift: temperature is {show(self.temperature)}, where the times are shifted "
-                "by more than 100 decades; it must be nearer to reference, "
-                f"{show(self.reference)}"
+            yield (
+                f"temperature is {show(self.temperature)}, where the times are shifted by more "
+                f"than 100 decades; it must be nearer to reference, {show(self.reference)}"
             )
 
     @property
@@ -143,26 +138,20 @@ class Prony:
     shift: Annotated[Positive | InstanceOf[WLF], explained(SHIFT)] = 1.0
     relaxed: bool = True
 
-    def __post_init__(self) -> None:
-        """Check that a stiffness is left in the long term.
-
-        Raises:
-            SceneError: If the shares of instantaneous moduli add up to one or more, or a shifted
-                time is no number.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that a stiffness is left in the long term."""
         total = sum(g for g, _ in self.terms)
         for _, tau in self.terms:
             time = tau * self._factor
             if not 0 < time < math.inf:
-                raise SceneError(
-                    f"Prony series: shift is {show(self.shift)}, with which the time {show(tau)} "
-                    f"is {show(time)} s; each shifted time must be positive and finite"
+                yield (
+                    f"shift is {show(self.shift)}, with which the time {show(tau)} is {show(time)} "
+                    "s; each shifted time must be positive and finite"
                 )
         if self.moduli == "instantaneous" and not total < 1:
-            raise SceneError(
-                f"Prony series: the shares of terms add up to {show(total)}, so the long-term "
-                "modulus would not be positive; they must add up to less than 1, or moduli must be "
-                "'long-term'"
+            yield (
+                f"the shares of terms add up to {show(total)}, so the long-term modulus would not "
+                "be positive; they must add up to less than 1, or moduli must be 'long-term'"
             )
 
     @property

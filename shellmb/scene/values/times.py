@@ -9,9 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Listed, Positive
-from shellmb.scene.values.validate import described
+from shellmb.scene.values.validate import Sentences, described
 
 type TimeFunction = Callable[[float], float]
 
@@ -70,20 +69,16 @@ class Table:
     times: Listed[Finite]
     values: Listed[Finite]
 
-    def __post_init__(self) -> None:
-        """Check that the table is one.
-
-        Raises:
-            SceneError: If it is empty, its columns differ in length, or time does not increase.
-        """
+    def _wrong(self) -> Sentences:
+        """Check that the table is one."""
         if not self.times or len(self.times) != len(self.values):
-            raise SceneError(
-                f"time table: it has {len(self.times)} times and {len(self.values)} values; "
-                "it must have as many of each, and one at least"
+            yield (
+                f"it has {len(self.times)} times and {len(self.values)} values; it must have as "
+                "many of each, and one at least"
             )
         for a, b in zip(self.times, self.times[1:], strict=False):
             if not b > a:
-                raise SceneError(f"time table: time {b:g} follows {a:g}; times must increase")
+                yield f"time {b:g} follows {a:g}; times must increase"
 
     @property
     def corners(self) -> tuple[float, ...]:

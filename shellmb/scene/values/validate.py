@@ -4,7 +4,7 @@ A sentence says who, which parameter, its value, and what would be right.
 """
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import field, fields
 from typing import Any, dataclass_transform, get_args
 
@@ -14,6 +14,10 @@ from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.renamed import name_of_today, still_read
+
+# what is wrong with a part of a scene, which `_wrong` of its class says: sentences, each of which
+# says what would be right, or the name of a parameter and what would be right
+type Sentences = Iterator[str | tuple[str, str]]
 
 
 def plain(value: Any) -> Any:
@@ -40,7 +44,8 @@ def kind_of(body: Any) -> str:
 
 def said(item: Any) -> str:
     """Name that messages use for a part of a scene."""
-    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
+    own = f"{item.label} '{item.name}'" if hasattr(item, "name") else item.label
+    return str(getattr(item, "said", own))
 
 
 def in_words(error: BaseException) -> str:
@@ -70,21 +75,35 @@ def refused(part: Any, name: str, right: str) -> SceneError:
     return error_of(part, f"{name} is {show(getattr(part, name))}; {right}")
 
 
-def check_differ(part: Any, first: str, second: str, right: str = "they must differ") -> None:
-    """Refuse two equal parameters of a part of a scene.
+def differ(part: Any, first: str, second: str, right: str = "they must differ") -> Sentences:
+    """Say what is wrong with two equal parameters of a part of a scene.
 
     Args:
         part: The part.
         first: Name of one parameter.
         second: Name of the other.
         right: Says what would be right.
-
-    Raises:
-        SceneError: If they are equal.
     """
     if getattr(part, first) == getattr(part, second):
-        both = f"{first} and {second} are both {show(getattr(part, first))}"
-        raise error_of(part, f"{both}; {right}")
+        yield f"{first} and {second} are both {show(getattr(part, first))}; {right}"
+
+
+def check(part: Any) -> None:
+    """Refuse what the class of a part of a scene, or a base of it, says to be wrong.
+
+    Args:
+        part: The part.
+
+    Raises:
+        SceneError: With the first sentence.
+    """
+    for kind in reversed(type(part).__mro__):
+        for wrong in vars(kind).get("_wrong", _nothing)(part):
+            raise error_of(part, wrong) if isinstance(wrong, str) else refused(part, *wrong)
+
+
+def _nothing(part: Any) -> Sentences:
+    return iter(())
 
 
 UNKNOWN = "unexpected_keyword_argument"
@@ -286,6 +305,7 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
                 # pydantic builds checks with the first object, and puts its own in place
                 if made.__init__ is not init:
                     made.__init__ = init
+            check(self)
 
         made.__init__ = init
         made.label = label
