@@ -181,13 +181,14 @@ class Scene(Description):
                 f"scene '{self.name}': body is {show(body)}; it must be one of the scene's shells "
                 f"and beams: {known}"
             )
-        shells = [b for b in found if isinstance(b, Shell)]
-        if mesh is not None and any(refined_times(s) is not None for s in shells):
+        names = {b.name for b in found}
+        read = (refined_times(s) is not None for s in self.shells if s.name in names)
+        if mesh is not None and any(read):
             raise SceneError(
                 f"scene '{self.name}': mesh is {show(mesh)}; it must be left out where a shell's "
                 "mesh is read from a file; divide refines it"
             )
-        return {b.name for b in found}
+        return names
 
 
 def _without_effect(scene: Scene, scheme: Any) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from shellmb.observers.fields.reserves import judged
 from shellmb.observers.fields.resultants import Strained
 from shellmb.observers.fields.through import NodalResultants, interlaminar, ply_rows, ply_state
 from shellmb.scene import LinearSection, Scene, Shell
-from shellmb.scene.checks.fields import kinds_of, wanted_fields
+from shellmb.scene.checks.fields import wanted_fields
 from shellmb.scene.fields import FIELDS, JUDGED, SPRINGS, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
@@ -204,7 +204,7 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
     scene, found = simulation.scene, {}
     for name, body in readable(simulation.model).items():
         described = scene.body(name)
-        wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in STATE)
+        wanted = tuple(w for w in wanted_fields(scene, described.field_kinds) if w not in STATE)
         if wanted:
             found[name] = ChosenFields(simulation, body, wanted)
     return found

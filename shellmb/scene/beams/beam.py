@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import InstanceOf
 
+from shellmb.arrays import Floats
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
@@ -55,6 +56,29 @@ class Beam(Deforming):
     model: BodyModel = "exact"
     terms: Listed[Callable[..., Any]] = NONE
     natural: InstanceOf[BeamNaturalStrain] | None = None
+
+    directors = 3
+    quantities = ("force", "moment")
+    mass_word = "mass per length"
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of its ends."""
+        return self.curve.point_names
+
+    @property
+    def edge_names(self) -> tuple[str, ...]:
+        """Names of its ends."""
+        return self.curve.point_names
+
+    @property
+    def field_kinds(self) -> set[str]:
+        """Kinds of fields that it may have."""
+        return super().field_kinds if self.rigid else {"beam"}
+
+    def some_positions(self, s: Floats) -> Floats | None:
+        """Positions along it."""
+        return None if self.curve.shell is not None else self.curve.position(s)
 
     def _wrong(self) -> Sentences:
         """Check the mesh and the direction of the section."""

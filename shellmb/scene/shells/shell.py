@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, InstanceOf
 
+from shellmb.arrays import Floats
 from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
@@ -86,6 +87,43 @@ class Shell(Deforming):
     areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
     natural: InstanceOf[NaturalStrain] | None = None
 
+    directors = 1
+    quantities = ("membrane", "bending", "shear")
+    mass_word = "mass per area"
+
+    @property
+    def point_names(self) -> tuple[str, ...] | None:
+        """Names of its points; None where only its mesh knows them."""
+        return self.surface.points
+
+    @property
+    def edge_names(self) -> tuple[str, ...] | None:
+        """Names of its edges; None where only its mesh knows them."""
+        return self.surface.edges
+
+    @property
+    def area_names(self) -> tuple[str, ...]:
+        """Names of the areas that it was given."""
+        return tuple(self.areas)
+
+    @property
+    def region_names(self) -> tuple[str, ...]:
+        """Names of its edges and areas."""
+        return (*(self.surface.edges or ()), *self.areas)
+
+    @property
+    def field_kinds(self) -> set[str]:
+        """Kinds of fields that it may have."""
+        if self.rigid:
+            return super().field_kinds
+        held = self.natural is not None and self.natural.plies
+        more = {"relaxing": self.section.relaxes, "held": held}
+        return {"shell", *self.section.field_kinds, *(kind for kind, has in more.items() if has)}
+
+    def some_positions(self, s: Floats) -> Floats | None:
+        """Positions in its surface."""
+        return None if self.edge_names is None else self.surface.position(s, s[::-1].copy())
+
     def check_degree(self, cell: str | None) -> None:
         """Refuse a degree that elements do not have.
 
@@ -126,6 +164,11 @@ class Shell(Deforming):
             yield (
                 f"its section wrinkles, and its model is {show(self.model)}; it must be 'exact': "
                 "small strains about rest are those of the taut membrane"
+            )
+        if self.section.relaxes and self.holds_strains:
+            yield (
+                "its section relaxes, and it holds strains at zero; a shell that relaxes must have "
+                "stretching=True and transverse_shear=True"
             )
         if not isinstance(self.section, LinearSection):
             for what in ("transverse_shear", "stretching", "coupling"):

@@ -201,6 +201,11 @@ class Damped:
         raise NotImplementedError
 
     @property
+    def generic(self) -> Any:
+        """A section whose zeros are zero everywhere, also where it varies."""
+        return self
+
+    @property
     def masses(self) -> tuple[bool, ...]:
         """Find which of the mass, its first and its second moments differ from zero anywhere."""
         return tuple(bool(np.any(part)) for part in self.mass)
