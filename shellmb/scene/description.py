@@ -15,7 +15,7 @@ from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Potential
 from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import ANY, kinds_of, with_places
-from shellmb.scene.multibody.couplings import Relation
+from shellmb.scene.multibody.couplings import Coupled, Relation
 from shellmb.scene.multibody.elements import Coordinate, Driver, Element, JointElement, Lock
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
@@ -124,6 +124,23 @@ class Description:
     def meshed(self) -> tuple[Shell | Beam, ...]:
         """All shells and beams."""
         return (*self.shells, *self.beams)
+
+    @property
+    def prescribed(self) -> list[tuple[Any, str, Any]]:
+        """Parts that move or grow as given, each with a name, and a number, a function or None."""
+        parts: tuple[Any, ...] = (*self.volumes, *self.supports, *self.drivers)
+        return [(part, name, value) for part in parts for name, value in part.given.items()]
+
+    @property
+    def tied(self) -> list[tuple[str, str]]:
+        """Pairs of shells and beams that share nodes."""
+        pairs = [(join.first, join.second) for join in self.joins]
+        return pairs + [(glue.shell, glue.beam) for glue in self.glues]
+
+    @property
+    def coupled(self) -> list[Coupled]:
+        """Coordinates of all couplings."""
+        return [coupled for coupling in self.couplings for coupled in coupling.terms]
 
     @property
     def acting_locks(self) -> tuple[Lock, ...]:
@@ -240,8 +257,7 @@ class Description:
         Raises:
             SceneError: If the joint has no such coordinate, or the choice is open.
         """
-        lock = not hasattr(item, "name")
-        who = f"lock of joint '{item.joint}'" if lock else said(item)
+        who = said(item)
         joint = self.joint(item.joint, who)
         chosen: tuple[Coordinate, ...]
         if isinstance(item, Driver):

@@ -1,5 +1,6 @@
 """Kinds of bodies on which parts of a scene act."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from shellmb.errors import SceneError
@@ -53,6 +54,21 @@ def kinds_of(item: Any) -> tuple[type, ...]:
             return accepted
     # a load or support that a user derived acts wherever it says
     return (Shell,) if type(item).__module__.startswith("shellmb.") else OURS
+
+
+def connected(names: Iterable[str], pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
+    """Groups of names that pairs connect.
+
+    Args:
+        names: Names that may be in no pair.
+        pairs: The pairs.
+    """
+    groups = [{name} for name in names]
+    for pair in pairs:
+        joined = [group for group in groups if not group.isdisjoint(pair)]
+        groups = [group for group in groups if group.isdisjoint(pair)]
+        groups.append(set(pair).union(*joined))
+    return groups
 
 
 def with_places(body: Any, who: str) -> Any:

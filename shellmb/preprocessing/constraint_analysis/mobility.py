@@ -65,7 +65,7 @@ def refuse_mechanisms(model: Model) -> None:
     }
     found = []
     for body, words in every.items():
-        whole = getattr(model.scene.body(body), "of", body)
+        whole = model.scene.body(body).of or body
         # a place on a reduced body is kept with it, and moves with it
         if words and not {body, whole} & kept and (whole == body or not every[whole]):
             reduced: Any = members.get(body)

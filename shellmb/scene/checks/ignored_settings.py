@@ -13,7 +13,7 @@ from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.scene.values.user_functions import on_trial
-from shellmb.scene.values.validate import error_of, listed, refused, said, show
+from shellmb.scene.values.validate import Sentences, listed, said, show
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
@@ -25,18 +25,30 @@ COMMON_DEGREES = 15
 SPAN = 1e-100, 1e100
 
 
-def check(scene: Description) -> None:
-    """Check that velocities, weights and steps are given where there are any.
+def effect_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse steps and velocities where there are none, and warn of what has no effect.
 
-    What has no effect and does no harm, as `alpha` of a scheme without dissipation, is warned of,
-    and so is what is given twice.
-
-    Raises:
-        SceneError: At the first thing that would have no effect.
+    What does no harm, as `alpha` of a scheme without dissipation, is warned of, and so is what is
+    given twice.
     """
-    _steps(scene)
-    if scene.static:
-        _velocities(scene)
+    low, high = SPAN
+    if not low <= scene.dt <= high:
+        yield "dt", f"it must be between {low:g} and {high:g}, or its square is no number"
+    if scene.dt > scene.t_end * (1 + ROUND_OFF):
+        yield "dt", f"it must be at most t_end, which is {show(scene.t_end)}"
+    least = scene.step_control.min_dt
+    if least is not None and least > scene.dt * (1 + ROUND_OFF):
+        yield f"min_dt is {show(least)}; it must be at most dt, which is {show(scene.dt)}"
+    if scene.static and scene.initial:
+        first = scene.initial[0]
+        what = f"{said(first)}: linear is {show(first.linear)} and spin {show(first.spin)}"
+        raise SceneError(
+            f"{what}; it must be left out, because scheme {show(scene.scheme_name)} has no "
+            "velocities as 'ep' and 'ed' have"
+        )
+    if scene.static and any(isinstance(s, str | FromMode) for s in scene.starts):
+        anyway = f"scheme {show(scene.scheme_name)} seeks equilibria anyway"
+        yield "start", f"it must be left out, because {anyway}"
     for sentence in _doubts(scene):
         warn(sentence)
 
@@ -115,35 +127,6 @@ def _idle_alpha(scene: Description) -> tuple[str, ...]:
         f"{show(scene.scheme_name)} takes no numerical dissipation from the scene; remove alpha, "
         "or use 'ed' or 'ed3'",
     )
-
-
-def _steps(scene: Description) -> None:
-    low, high = SPAN
-    if not low <= scene.dt <= high:
-        raise refused(
-            scene, "dt", f"it must be between {low:g} and {high:g}, or its square is no number"
-        )
-    if scene.dt > scene.t_end * (1 + ROUND_OFF):
-        raise refused(scene, "dt", f"it must be at most t_end, which is {show(scene.t_end)}")
-    least = scene.step_control.min_dt
-    if least is not None and least > scene.dt * (1 + ROUND_OFF):
-        raise error_of(
-            scene, f"min_dt is {show(least)}; it must be at most dt, which is {show(scene.dt)}"
-        )
-
-
-def _velocities(scene: Description) -> None:
-    for initial in scene.initial:
-        what = f"{said(initial)}: linear is {show(initial.linear)} and spin {show(initial.spin)}"
-        raise SceneError(
-            f"{what}; it must be left out, because scheme {show(scene.scheme_name)} has no "
-            "velocities as 'ep' and 'ed' have"
-        )
-    if any(isinstance(s, str | FromMode) for s in scene.starts):
-        raise SceneError(
-            f"scene '{scene.name}': start is {show(scene.start)}; it must be left out, because "
-            f"scheme {show(scene.scheme_name)} seeks equilibria anyway"
-        )
 
 
 def _weights(scene: Description) -> tuple[str, ...]:

@@ -8,11 +8,11 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.description import Description
-from shellmb.scene.loads.supports import Driven, Fixed, at_rest, moves
+from shellmb.scene.loads.supports import Fixed, Support, at_rest, moves
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.values.renamed import choice_of_today
-from shellmb.scene.values.validate import error_of, listed, refused, said, show
+from shellmb.scene.values.validate import Sentences, error_of, listed, said, show
 
 # relative difference of values before and after a time from which on it is a jump, no round-off
 LEAP = 1e-9
@@ -22,54 +22,81 @@ SMALL_ANGLE = 0.1
 LOOKED_AT = np.linspace(0.0, 1.0, 33)
 
 
-def check_scheme(scene: Description) -> None:
-    """Check that there is such a scheme, and that bodies and output are such as it can have.
-
-    Raises:
-        SceneError: At the first thing that is impossible.
-    """
-    _scheme(scene)
-    _quadratic(scene)
-    _end_forces(scene)
-
-
-def _scheme(scene: Description) -> None:
-    scheme = scene.scheme
+def scheme_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse schemes that there are not, and bodies, steps and output that they cannot have."""
+    scheme, name = scene.scheme, scene.scheme_name
     if isinstance(scheme, str):
         if scheme not in SCHEMES:
-            raise SceneError(
-                f"scene '{scene.name}': scheme is {show(scheme)}; "
-                f"it must be one of {listed(SCHEMES)}, or a scheme object"
-                + choice_of_today("scheme", scheme)
-            )
+            known = f"one of {listed(SCHEMES)}, or a scheme object"
+            yield "scheme", f"it must be {known}{choice_of_today('scheme', scheme)}"
         has_jump = SCHEMES[scheme].jump
-    elif not isinstance(getattr(scheme, "name", None), str):
-        raise SceneError(
-            f"scene '{scene.name}': scheme is {show(scheme)}; "
-            f"it must be one of {listed(SCHEMES)}, or a scheme object with a name"
-        )
     else:
+        if not isinstance(getattr(scheme, "name", None), str):
+            yield "scheme", f"it must be one of {listed(SCHEMES)}, or a scheme object with a name"
         has_jump = "j" in getattr(scheme, "stages", ())
     for what in ("dt", "t_end"):
         if getattr(scene, what) is None:
-            raise error_of(scene, f"{what} is missing; scheme '{scene.scheme_name}' needs it")
-    if scene.step_control.jump_tolerance is not None and not has_jump:
-        raise SceneError(
-            f"scene '{scene.name}': jump_tolerance is {show(scene.step_control.jump_tolerance)}; "
-            f"it must be left out, because scheme '{scene.scheme_name}' has no jump as 'ed' has"
+            yield f"{what} is missing; scheme '{name}' needs it"
+    jump = scene.step_control.jump_tolerance
+    if jump is not None and not has_jump:
+        yield (
+            f"jump_tolerance is {show(jump)}; it must be left out, because scheme '{name}' has no "
+            "jump as 'ed' has"
         )
-    check_control(scene)
+    yield from _control(scene)
+    if SCHEMES.get(name, Traits()).quadratic:
+        check_quadratic(scene)
+    # forces at the end of a step need resultants that follow from strains
+    for body in () if scene.static or not scene.output.end_forces else scene.meshed:
+        if body.holds_strains:
+            raise error_of(
+                body,
+                "it holds strains at zero, and the forces that hold them are known as means over a "
+                "step only; output must be without end_forces, or the body must have all of its "
+                "strains",
+            )
 
 
-def _quadratic(scene: Description) -> None:
-    """Refuse what schemes that are quadratic in time cannot do where directors have no inertia.
+def _control(scene: Description) -> Sentences:
+    """Refuse tolerances, bounds and times of the step control that cannot be."""
+    control = scene.step_control
+    if control.times and scene.path is not None:
+        yield (
+            "the step control has times; it must have none where a path is followed, whose steps "
+            "are arc lengths"
+        )
+    if control.times and control.times[-1] > scene.t_end:
+        last = f"the step control has the time {show(control.times[-1])}"
+        yield f"{last}; it must be at most t_end, which is {show(scene.t_end)}"
+    if control.step_error is None:
+        return
+    tolerance = f"step_error of the step control is {show(control.step_error)}"
+    if scene.static:
+        yield (
+            f"{tolerance}; it must be left out, because scheme '{scene.scheme_name}' has no motion "
+            "whose error a step could follow"
+        )
+    for bound, value, wrong in (
+        ("min_dt", control.min_dt, control.min_dt and control.min_dt > scene.dt),
+        ("max_dt", control.max_dt, control.max_dt and control.max_dt < scene.dt),
+    ):
+        if wrong:
+            yield (
+                f"{tolerance} and {bound} is {show(value)}; dt, the first step, is "
+                f"{show(scene.dt)} and must be within the bounds"
+            )
+
+
+def check_quadratic(scene: Description) -> None:
+    """Check that schemes quadratic in time get inertia of directors.
+
+    Args:
+        scene: The scene.
 
     Raises:
         SceneError: Names the body, or those that share directors.
     """
     scheme = scene.scheme_name
-    if not SCHEMES.get(scheme, Traits()).quadratic:
-        return
     bodies: list[Any] = [*scene.shells, *scene.beams]
     light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.nodal}
     alpha = getattr(scene.scheme, "alpha", scene.dissipation if scheme in DISSIPATIVE else 0.0)
@@ -81,9 +108,7 @@ def _quadratic(scene: Description) -> None:
                 "inertia, which arise at the start and where loads jump: they must have inertia, "
                 "or use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
             )
-    pairs = [(join.first, join.second) for join in scene.joins]
-    pairs += [(glue.beam, glue.shell) for glue in scene.glues]
-    for pair in pairs:
+    for pair in scene.tied:
         if len({light[name] for name in pair if name in light}) > 1:
             idle, inert = sorted(pair, key=lambda name: not light[name])
             raise SceneError(
@@ -93,192 +118,127 @@ def _quadratic(scene: Description) -> None:
             )
 
 
-def _end_forces(scene: Description) -> None:
-    """Forces at the end of a step need resultants that follow from strains."""
-    if scene.static or not scene.output.end_forces:
-        return
-    for body in scene.meshed:
-        if body.holds_strains:
-            raise SceneError(
-                f"{said(body)}: it holds strains at zero, and the forces that hold them are "
-                "known as means over a step only; output must be without end_forces, or the body "
-                "must have all of its strains"
-            )
-
-
-def check_linear(scene: Description) -> None:
-    """Check a scene with a linear scheme.
-
-    Raises:
-        SceneError: If something of it is not small.
-    """
-    if not scene.linear:
-        return
-    scheme = f"with scheme '{scene.scheme_name}'"
-    for joint in scene.joints:
-        if isinstance(joint, Contact):
-            raise SceneError(
-                f"{joint.said}: what rolls goes far, and {scheme} displacements are small; the "
-                "scheme must be another, as 'ep'"
-            )
-    for driver in scene.drivers:
-        _small(scene, driver.rotation, f"driver '{driver.name}': rotation")
-    for support in scene.supports:
-        if isinstance(support, Driven):
-            _small(scene, support.rotation, f"{said(support)}: rotation")
-    for lock in scene.acting_locks:
-        late = [start for start, _ in lock.active or () if start > 0]
-        if lock.switch is not None:
-            raise SceneError(
-                f"lock of joint '{lock.joint}': event '{lock.switch}' switches it; {scheme} it "
-                "must begin at 0, in the reference configuration, in a window"
-            )
-        if late:
-            raise SceneError(
-                f"lock of joint '{lock.joint}': a window begins at t = {late[0]:g}; {scheme} it "
-                "must begin at 0, in the reference configuration"
-            )
-    _given(scene, scheme)
-
-
-def _given(scene: Description, scheme: str) -> None:
-    """Check where the scene starts, and what is requested."""
-    who = f"scene '{scene.name}'"
-    for what, wrong in (
-        ("start is 'equilibrium'", "equilibrium" in scene.starts),
-        ("assemble is True", scene.assemble),
-    ):
-        if wrong:
-            raise SceneError(
-                f"{who}: {what}; {scheme} it must be left out: displacements are from the given "
-                "positions, which are at rest"
-            )
-    if scene.output.end_forces and not scene.static:
-        raise SceneError(
-            f"{who}: output has end_forces; {scheme} it must have none: forces are means over the "
-            "step, free of oscillation"
+def small_joint(scene: Description, joint: Any) -> Sentences:
+    """Refuse what goes far with a linear scheme."""
+    if scene.linear and isinstance(joint, Contact):
+        yield (
+            f"what rolls goes far, and {_with(scene)} displacements are small; the scheme must be "
+            "another, as 'ep'"
         )
 
 
-def _small(scene: Description, angle: Any, who: str) -> None:
-    if angle is None:
+def small_rotation(scene: Description, item: Any) -> Sentences:
+    """Refuse rotations with a linear scheme that are not small."""
+    angle = getattr(item, "rotation", None)
+    if not scene.linear or angle is None:
         return
     times = LOOKED_AT * scene.t_end
     angles = [abs(float(angle(t)) if callable(angle) else float(angle)) for t in times]
     worst = int(np.argmax(angles))
     if angles[worst] > SMALL_ANGLE:
-        raise SceneError(
-            f"{who} is {show(float(f'{angles[worst]:.4g}'))} at t = {times[worst]:g}; with scheme "
-            f"'{scene.scheme_name}' rotations must be at most {SMALL_ANGLE:g} rad, or the scheme "
-            "another, as 'static' or 'ep'"
+        yield (
+            f"rotation is {show(float(f'{angles[worst]:.4g}'))} at t = {times[worst]:g}; "
+            f"{_with(scene)} rotations must be at most {SMALL_ANGLE:g} rad, or the scheme another, "
+            "as 'static' or 'ep'"
         )
 
 
-def check_path(scene: Description) -> None:
-    """Check that a scene is one whose path can be followed.
+def early_lock(scene: Description, lock: Any) -> Sentences:
+    """Refuse locks with a linear scheme that do not begin in the reference configuration."""
+    if not scene.linear:
+        return
+    right = f"{_with(scene)} it must begin at 0, in the reference configuration"
+    if lock.switch is not None:
+        yield f"event '{lock.switch}' switches it; {right}, in a window"
+    for late in [start for start, _ in lock.active or () if start > 0][:1]:
+        yield f"a window begins at t = {late:g}; {right}"
 
-    Raises:
-        SceneError: Says what stands against it.
-    """
+
+def linear_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse starts and outputs that a linear scheme cannot have."""
+    if not scene.linear:
+        return
+    for what, wrong in (
+        ("start is 'equilibrium'", "equilibrium" in scene.starts),
+        ("assemble is True", scene.assemble),
+    ):
+        if wrong:
+            yield (
+                f"{what}; {_with(scene)} it must be left out: displacements are from the given "
+                "positions, which are at rest"
+            )
+    if scene.output.end_forces and not scene.static:
+        yield (
+            f"output has end_forces; {_with(scene)} it must have none: forces are means over the "
+            "step, free of oscillation"
+        )
+
+
+def _with(scene: Description) -> str:
+    return f"with scheme '{scene.scheme_name}'"
+
+
+LINEAR_RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
+    ("joints", small_joint),
+    ("drivers", small_rotation),
+    ("supports", small_rotation),
+    ("acting_locks", early_lock),
+    ("scene", linear_rules),
+)
+
+
+def path_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse what stands against following a path."""
     if scene.path is None:
         return
     if scene.starts:
-        raise refused(
-            scene, "start", "a path starts from the unloaded structure, so it must be left out"
-        )
-    who = f"scene '{scene.name}': path following"
+        yield "start", "a path starts from the unloaded structure, so it must be left out"
+    who = "path following"
     if scene.scheme_name != "static":
-        raise SceneError(
-            f"{who} has scheme {show(scene.scheme_name)}; it must be 'static', or path must be "
-            "left out"
-        )
-    _check_given(scene, who)
-    followed: list[Any] = [*scene.loads, *(body for body in scene.meshed if body.natural)]
+        right = "it must be 'static', or path must be left out"
+        yield f"{who} has scheme {show(scene.scheme_name)}; {right}"
+    for support in scene.supports:
+        if not moves(support) and not at_rest(support):
+            yield (
+                f"{who}: {_place(support)} prescribes a number other than 0; it must be a function "
+                "of the load factor, as lambda factor: 0.1 * factor"
+            )
+    for item, name, value in scene.prescribed:
+        start = np.max(np.abs(value(0.0) if callable(value) else value or 0.0))
+        if start > 0:
+            what = _place(item) if isinstance(item, Fixed) else f"{_place(item)}: {name}"
+            yield (
+                f"{who}: {what} is {start:g} at the load factor 0; it must be 0 there, because a "
+                "path starts from the unloaded structure"
+            )
+    followed: list[Any] = [*scene.loads, *scene.drivers, *filter(moves, scene.supports)]
+    followed += [body for body in scene.meshed if body.natural]
     followed += [p for p in scene.potentials if p.load]
-    followed += [s for s in scene.supports if moves(s)]
-    followed += [v for v in scene.volumes if v.change is not None]
-    followed += [joint for joint in scene.joints if joint.given]
-    followed += [coupling for coupling in scene.couplings if coupling.given]
-    if not followed and not scene.drivers:
-        raise SceneError(
+    related: tuple[Any, ...] = (*scene.volumes, *scene.joints, *scene.couplings)
+    followed += [part for part in related if part.given]
+    if not followed:
+        yield (
             f"{who} has no load to follow; it must have one at least: a load, a natural strain, a "
             "potential with load=True, or a prescribed motion"
         )
     for load in scene.loads:
         if load.time is not None:
-            raise SceneError(
+            yield (
                 f"{who}: a {load.label} has a function of time; it must be left out, because the "
                 "load factor multiplies all loads"
             )
-    moved = [f"lock of joint '{lock.joint}'" for lock in scene.locks]
+    moved = [said(lock) for lock in scene.locks]
     moved += [f"windows of joint '{j.name}'" for j in scene.joints if j.active is not None]
     if moved:
-        raise SceneError(
+        yield (
             f"{who}: something is prescribed over time ({moved[0]}); it must be left out, because "
             "loads are followed and there is no time"
         )
 
 
-def _check_given(scene: Description, who: str) -> None:
-    """Refuse motions that do not begin with the unloaded structure."""
-    given: list[tuple[str, Any]] = []
-    for support in scene.supports:
-        what = f"{said(support)} at {show(support.at)}"
-        if not moves(support) and not at_rest(support):
-            raise SceneError(
-                f"{who}: {what} prescribes a number other than 0; it must be a "
-                "function of the load factor, as lambda factor: 0.1 * factor"
-            )
-        single = isinstance(support, Fixed)
-        given += [(what if single else f"{what}: {n}", c) for n, c in support.given.items()]
-    given += [(f"{said(v)}: change", v.change) for v in scene.volumes if v.change is not None]
-    for driver in scene.drivers:
-        given += [(f"{said(driver)}: {name}", value) for name, value in driver.given.items()]
-    for what, value in given:
-        start = np.max(np.abs(value(0.0) if callable(value) else value or 0.0))
-        if start > 0:
-            raise SceneError(
-                f"{who}: {what} is {start:g} at the load factor 0; it must be 0 there, because a "
-                "path starts from the unloaded structure"
-            )
-
-
-def check_control(scene: Description) -> None:
-    """Check the tolerance and the times of the step control.
-
-    Raises:
-        SceneError: If a scene without velocities has a tolerance, if bounds of the step exclude its
-            first one, or if a time is behind the end or on a static path.
-    """
-    control = scene.step_control
-    who = f"scene '{scene.name}'"
-    if control.times and scene.path is not None:
-        raise SceneError(
-            f"{who}: the step control has times; it must have none where a path is followed, whose "
-            "steps are arc lengths"
-        )
-    if control.times and control.times[-1] > scene.t_end:
-        raise SceneError(
-            f"{who}: the step control has the time {show(control.times[-1])}; it must be at most "
-            f"t_end, which is {show(scene.t_end)}"
-        )
-    if control.step_error is None:
-        return
-    tolerance = f"{who}: step_error of the step control is {show(control.step_error)}"
-    if scene.static:
-        raise SceneError(
-            f"{tolerance}; it must be left out, because scheme '{scene.scheme_name}' has no motion "
-            "whose error a step could follow"
-        )
-    for bound, value, wrong in (
-        ("min_dt", control.min_dt, control.min_dt and control.min_dt > scene.dt),
-        ("max_dt", control.max_dt, control.max_dt and control.max_dt < scene.dt),
-    ):
-        if wrong:
-            raise SceneError(
-                f"{tolerance} and {bound} is {show(value)}; dt, the first step, is "
-                f"{show(scene.dt)} and must be within the bounds"
-            )
+def _place(item: Any) -> str:
+    """Name of a part, of a support with its place."""
+    return f"{said(item)} at {show(item.at)}" if isinstance(item, Support) else said(item)
 
 
 def corners(scene: Description) -> tuple[float, ...]:

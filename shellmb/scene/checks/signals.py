@@ -1,7 +1,7 @@
 """Checks of sensors, controllers, events, and of what they act on."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from shellmb.errors import SceneError
@@ -15,9 +15,9 @@ from shellmb.scene.control.signals import (
     named_inputs,
 )
 from shellmb.scene.description import Description
-from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
+from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.schemes import SCHEMES
-from shellmb.scene.values.validate import listed, refused, said, show
+from shellmb.scene.values.validate import Sentences, listed, show
 
 # a period is a multiple of the step to this part of it
 MULTIPLE = 1e-9
@@ -37,149 +37,110 @@ _FORCES = ("F1", "F2", "F3", "M1", "M2", "M3")
 _EFFORT = {"rotation": "torque", "translation": "force"}
 
 
-def check_signals(scene: Description) -> None:
-    """Check that sensors, controllers and events are there, and fit the scheme and its steps.
-
-    Raises:
-        SceneError: At the first thing that is impossible.
-    """
-    _places(scene)
-    names = Counter(event.name for event in scene.all_events)
-    for name, count in names.items():
+def event_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse events that share a name."""
+    for name, count in Counter(event.name for event in scene.all_events).items():
         if count > 1:
-            raise SceneError(
-                f"scene '{scene.name}': {count} events are named '{name}' (a lock with a condition "
-                "has one of its own); each must have a name of its own"
+            yield (
+                f"{count} events are named '{name}' (a lock with a condition has one of its own); "
+                "each must have a name of its own"
             )
+
+
+def check_inputs(scene: Description, _: Any) -> None:
+    """Check that inputs stand where something takes them, and those of one name are equal."""
     named_inputs(scene)
-    for signal, who in _signals(scene):
-        _known(scene, signal, who)
-    for lock in scene.locks:
-        if lock.switch is not None:
-            _event(scene, lock.switch, f"lock of joint '{lock.joint}'")
-    if scene.controllers or scene.all_events:
-        _scheme(scene)
-    for controller in scene.controllers:
-        _period(scene, controller)
-    _sensors(scene)
 
 
-def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
-    """All signals, and what has them."""
-    for load in scene.loads:
-        if isinstance(load.time, Signal):
-            yield load.time, f"{said(load)}: time"
-    for driver in scene.drivers:
-        for name, value in driver.given.items():
-            if isinstance(value, Signal):
-                yield value, f"{said(driver)}: {name}"
-    for element in scene.force_elements:
-        if isinstance(element, Motor) and isinstance(element.command, Commanded):
-            yield element.command, f"{said(element)}: command"
-
-
-def _places(scene: Description) -> None:
-    """Commands and switches where they make sense."""
-    for support in scene.supports:
-        _moves_on(support)
-        for value in support.given.values():
-            if isinstance(value, Signal):
-                raise SceneError(
-                    f"{said(support)}: {show(value)} is no motion of a support; it must be a "
-                    "function of time, or the body driven by a joint and its driver"
-                )
-    for load in scene.loads:
-        if isinstance(load.time, Acceleration):
-            raise refused(
-                load, "time", "it must be Command(...), as a load has no coordinate to accelerate"
-            )
-    for driver in scene.drivers:
-        _moves_on(driver)
-        for name, value in driver.given.items():
-            if isinstance(value, Signal) and not isinstance(value, Acceleration):
-                raise SceneError(
-                    f"{said(driver)}: {name} is {show(value)}, which jumps, and a coordinate cannot"
-                    "; it must be Acceleration(...), whose second derivative is commanded"
-                )
-
-
-def _moves_on(item: Any) -> None:
-    """Check that inputs that prescribe a motion do not jump."""
+def motion_rules(scene: Description, item: Any) -> Sentences:
+    """Refuse commands and inputs by which a support or a driver would jump."""
     for one in inputs_of(item):
         if not one.linear or one.default:
-            raise SceneError(
-                f"{said(item)}: {show(one)} prescribes a motion, which begins at 0 and cannot jump;"
-                " it must be linear=True with the default 0"
+            yield (
+                f"{show(one)} prescribes a motion, which begins at 0 and cannot jump; it must be "
+                "linear=True with the default 0"
+            )
+    for name, value in item.given.items():
+        if isinstance(value, Signal) and not hasattr(item, "joint"):
+            yield (
+                f"{show(value)} is no motion of a support; it must be a function of time, or the "
+                "body driven by a joint and its driver"
+            )
+        elif isinstance(value, Signal) and not isinstance(value, Acceleration):
+            yield (
+                f"{name} is {show(value)}, which jumps, and a coordinate cannot; it must be "
+                "Acceleration(...), whose second derivative is commanded"
             )
 
 
-def _known(scene: Description, signal: Any, who: str) -> None:
-    """Check that what a signal is of is there."""
-    if isinstance(signal, Switched):
-        _event(scene, signal.event, who)
-        return
-    assert isinstance(signal, Commanded)
-    found = [c for c in scene.controllers if c.name == signal.controller]
-    if not found:
-        names = listed(c.name for c in scene.controllers) or "none"
-        raise SceneError(
-            f"{who}: there is no controller '{signal.controller}'; the scene has {names}"
-        )
-    outputs = found[0].outputs
-    if signal.output is None and len(outputs) > 1:
-        raise SceneError(
-            f"{who}: output is missing; controller '{signal.controller}' has {listed(outputs)}"
-        )
-    if signal.output is not None and signal.output not in outputs:
-        raise SceneError(
-            f"{who}: controller '{signal.controller}' has no output '{signal.output}'; it has "
-            f"{listed(outputs)}"
-        )
+def signal_rules(scene: Description, item: Any) -> Sentences:
+    """Refuse signals of controllers and events that are not there."""
+    for name in ("time", "command", "rotation", "translation"):
+        signal = getattr(item, name, None)
+        if name == "time" and isinstance(signal, Acceleration):
+            yield name, "it must be Command(...), as a load has no coordinate to accelerate"
+        if isinstance(signal, Switched):
+            yield from _event(scene, signal.event, name)
+        elif isinstance(signal, Commanded):
+            yield from _commanded(scene, signal, name)
 
 
-def _event(scene: Description, name: str, who: str) -> None:
+def _commanded(scene: Description, signal: Commanded, what: str) -> Sentences:
+    known = {c.name: c.outputs for c in scene.controllers}
+    who, outputs = f"controller '{signal.controller}'", known.get(signal.controller)
+    if outputs is None:
+        yield f"{what}: there is no {who}; the scene has {listed(known) or 'none'}"
+    elif signal.output is None and len(outputs) > 1:
+        yield f"{what}: output is missing; {who} has {listed(outputs)}"
+    elif signal.output is not None and signal.output not in outputs:
+        yield f"{what}: {who} has no output '{signal.output}'; it has {listed(outputs)}"
+
+
+def _event(scene: Description, name: str, what: str = "") -> Sentences:
     names = dict.fromkeys(event.name for event in scene.all_events)
     if name not in names:
-        known = listed(names) or "none"
-        raise SceneError(f"{who}: there is no event '{name}'; the scene has {known}")
+        where = f"{what}: " if what else ""
+        yield f"{where}there is no event '{name}'; the scene has {listed(names) or 'none'}"
 
 
-def _scheme(scene: Description) -> None:
-    """Check what schemes can follow."""
-    what = "controllers" if scene.controllers else "events"
-    who, scheme = f"scene '{scene.name}'", show(scene.scheme_name)
+def switch_rules(scene: Description, lock: Any) -> Sentences:
+    """Refuse locks that an event switches which is not there."""
+    return _event(scene, lock.switch) if lock.switch is not None else iter(())
+
+
+def follow_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse controllers and events with schemes that cannot follow them."""
+    if not (scene.controllers or scene.all_events):
+        return
+    what, scheme = "controllers" if scene.controllers else "events", show(scene.scheme_name)
     if scene.controllers and scene.static:
-        raise SceneError(
-            f"{who}: it has controllers, and scheme {scheme} has no time in which they could act; "
-            "they must be left out, or the scheme be a dynamic one"
+        yield (
+            f"it has controllers, and scheme {scheme} has no time in which they could act; they "
+            "must be left out, or the scheme be a dynamic one"
         )
     if scene.path is not None:
-        raise SceneError(
-            f"{who}: it has events, and follows a path of equilibria, which may not end within a "
-            "step; they must be left out, or the path"
+        yield (
+            "it has events, and follows a path of equilibria, which may not end within a step; "
+            "they must be left out, or the path"
         )
     if scene.scheme_name in RIVALS or scene.linear:
         able = listed(s for s in SCHEMES if s not in (*RIVALS, "static") and "linear" not in s)
-        raise SceneError(
-            f"{who}: it has {what}, which scheme {scheme} cannot have; it must be one of {able}"
-        )
-    rates = [s for s in scene.sensors if s.derivative]
-    if rates and scene.static:
-        raise SceneError(
-            f"{who}: sensor '{rates[0].name}' is a rate, and scheme {scheme} has none; it must be "
-            "left out"
-        )
+        yield f"it has {what}, which scheme {scheme} cannot have; it must be one of {able}"
+    for rate in [s for s in scene.sensors if s.derivative and scene.static]:
+        named = f"sensor '{rate.name}' is a rate, and scheme {scheme} has none"
+        yield f"{named}; it must be left out"
 
 
-def _period(scene: Description, controller: Law) -> None:
-    """With fixed steps samples are at the ends of some."""
+def period_rules(scene: Description, controller: Law) -> Sentences:
+    """Refuse samples that are not at the ends of fixed steps."""
     control, dt, period = scene.step_control, scene.dt, controller.period
     if control.step_error is not None or control.jump_tolerance is not None or period is None:
         return
     if abs(period / dt - round(period / dt)) > MULTIPLE * period / dt or period < dt / 2:
-        raise SceneError(
-            f"{said(controller)}: period is {show(period)}; it must be a multiple of dt, which is "
-            f"{show(dt)}, or the steps must follow a step_error"
+        yield (
+            "period",
+            f"it must be a multiple of dt, which is {show(dt)}, or the steps must follow a "
+            "step_error",
         )
 
 
@@ -215,27 +176,33 @@ def _columns(scene: Description) -> Iterator[str]:
     yield from ACCOUNT[:2] if scene.static else ACCOUNT
 
 
-def _sensors(scene: Description) -> None:
-    """Check that there is what sensors read."""
-    if not scene.sensors:
-        return
-    known = list(dict.fromkeys(_columns(scene)))
-    for sensor in scene.sensors:
-        column = sensor.column
-        coordinate = coordinate_read(scene, column)
-        if coordinate is not None and scene.joint(coordinate[0], "").active is not None:
-            raise SceneError(
-                f"sensor '{column}': joint '{coordinate[0]}' has windows of time; a joint whose "
-                "coordinate is read must act always"
-            )
-        if column in known or coordinate is not None:
-            continue
-        owner = column.rpartition(".")[0]
-        near = [f"{j.name}.{k}" for j in scene.joints for k in j.freedoms if j.name == owner]
-        near += [k for k in known if owner and k.startswith(f"{owner}.")]
-        free = [f"{j.name}.{k}" for j in scene.joints for k in j.freedoms]
-        there = near or [*free, *(k for k in known if "." not in k)]
+def check_sensor(scene: Description, sensor: Any) -> None:
+    """Check that there is what a sensor reads."""
+    column, known = sensor.column, list(dict.fromkeys(_columns(scene)))
+    coordinate = coordinate_read(scene, column)
+    if coordinate is not None and scene.joint(coordinate[0], "").active is not None:
         raise SceneError(
-            f"sensor '{column}': the run has no such number; "
-            f"{f'of {owner!r} it has' if near else 'it must be one of'} {listed(there)}"
+            f"sensor '{column}': joint '{coordinate[0]}' has windows of time; a joint whose "
+            "coordinate is read must act always"
         )
+    if column in known or coordinate is not None:
+        return
+    owner = column.rpartition(".")[0]
+    free = [f"{j.name}.{k}" for j in scene.joints for k in j.freedoms]
+    near = [k for k in (*free, *known) if owner and k.startswith(f"{owner}.")]
+    there = near or [*free, *(k for k in known if "." not in k)]
+    has = f"of {owner!r} it has" if near else "it must be one of"
+    raise SceneError(f"sensor '{column}': the run has no such number; {has} {listed(there)}")
+
+
+RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
+    ("supports", motion_rules),
+    ("drivers", motion_rules),
+    ("scene", event_rules),
+    ("scene", check_inputs),
+    *((what, signal_rules) for what in ("loads", "drivers", "force_elements")),
+    ("locks", switch_rules),
+    ("scene", follow_rules),
+    ("controllers", period_rules),
+    ("sensors", check_sensor),
+)

@@ -1,23 +1,24 @@
 """Checks of a scene that concern several of its parts; all of them before DOLFINx is imported."""
 
 from collections import Counter
-from collections.abc import Iterator
-from itertools import combinations
+from collections.abc import Callable
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.checks import ignored_settings as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
+from shellmb.scene.checks import potentials as checks_potentials
 from shellmb.scene.checks import schemes as checks_schemes
-from shellmb.scene.checks.fields import check_fields, check_reserves
+from shellmb.scene.checks import signals as checks_signals
+from shellmb.scene.checks.fields import field_rules, reserve_rules
+from shellmb.scene.checks.ignored_settings import effect_rules
 from shellmb.scene.checks.locations import ANY, EDGES, FIELDS, check_place
-from shellmb.scene.checks.potentials import check_potentials
-from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
+from shellmb.scene.lookup import connected
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.probes import Probe
@@ -25,7 +26,7 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join
 from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time, values_at
-from shellmb.scene.values.validate import as_names, error_of, kind_of, said, show
+from shellmb.scene.values.validate import Sentences, as_names, error_of, kind_of, refuse, said, show
 
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")
@@ -50,29 +51,6 @@ RESERVED = ("rigid_bodies", "solids", "joints", "obstacles")
 COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump", "wall_s")
 
 
-def check(scene: Description) -> None:
-    """Check the whole scene.
-
-    Raises:
-        SceneError: At the first thing that is impossible.
-    """
-    _names(scene)
-    checks_schemes.check_scheme(scene)
-    _relaxation(scene)
-    _targets(scene)
-    _time_functions(scene)
-    _functions_of_position(scene)
-    checks_multibody.check(scene)
-    check_potentials(scene)
-    check_reduced(scene)
-    checks_effect.check(scene)
-    checks_schemes.check_linear(scene)
-    check_signals(scene)
-    checks_schemes.check_path(scene)
-    check_fields(scene)
-    check_reserves(scene)
-
-
 def check_names(scene: Description) -> None:
     """Refuse names that cannot be those of files and columns.
 
@@ -94,16 +72,14 @@ def check_names(scene: Description) -> None:
         stem = body.name.replace(" ", "_")
         if stem in RESERVED or stem in files:
             other = f"that of '{files[stem]}'" if stem in files else "that of all of them"
-            raise error_of(
-                body, f"its files would be called '{stem}', as {other}; it must have another name"
-            )
+            called = f"its files would be called '{stem}', as {other}"
+            raise error_of(body, f"{called}; it must have another name")
         files[stem] = body.name
     columns: tuple[Any, ...] = (*scene.probes, *scene.reserves)
     for item in columns:
         if item.name in COLUMNS:
-            raise SceneError(
-                f"{said(item)}: every history has a column '{item.name}'; it must have another name"
-            )
+            column = f"every history has a column '{item.name}'"
+            raise error_of(item, f"{column}; it must have another name")
 
 
 def _wrong(name: str) -> str:
@@ -121,22 +97,21 @@ def _wrong(name: str) -> str:
     return f"of {length} bytes (at most {LONGEST})" if length > LONGEST else ""
 
 
-def _names(scene: Description) -> None:
+def scene_rules(scene: Description, _: Any) -> Sentences:
+    """Refuse scenes without bodies, and names that are given twice."""
     if not scene.bodies:
-        raise error_of(scene, "it has no bodies; it must have a shell, a beam or a rigid body")
+        yield "it has no bodies; it must have a shell, a beam or a rigid body"
     for body in scene.bodies:
         if body.name == GROUND:
-            raise SceneError(
-                f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
-                "another name, because this one is reserved"
+            yield (
+                f"a {kind_of(body)} is named '{GROUND}'; it must have another name, because this "
+                "one is reserved"
             )
     for what in ("shells", *NAMED):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
-                raise SceneError(
-                    f"scene '{scene.name}': {count} {what.replace('_', ' ')} are named '{name}'; "
-                    "each must have a name of its own"
-                )
+                many = f"{count} {what.replace('_', ' ')}"
+                yield f"{many} are named '{name}'; each must have a name of its own"
     check_names(scene)
 
 
@@ -146,69 +121,73 @@ _FROM_EQUILIBRIUM = (
 )
 
 
-def _relaxation(scene: Description) -> None:
+def _relaxes(body: Any) -> bool:
+    return bool(body.section.relaxes and not body.rigid)
+
+
+def relaxing_body(scene: Description, body: Any) -> Sentences:
     """Refuse what bodies whose sections relax cannot have."""
-    for body in scene.meshed:
-        if not body.section.relaxes or body.model == "rigid":
-            continue
-        who, relaxed = said(body), body.section.relaxed
-        if body.modes:
-            raise SceneError(
-                f"{who}: its section relaxes, and its model is {show(body.model)}; modes do not "
-                "relax: the model must be 'exact' or 'floating-frame'"
-            )
-        if getattr(body.section, "functions", None) and any(body.section.damping_times):
-            raise SceneError(
-                f"{who}: its section varies, relaxes, and has stiffness_damping; where it relaxes "
-                "and varies, stiffness_damping must be 0"
-            )
-        if not relaxed and "equilibrium" in scene.starts:
-            raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
-        natural = body.natural
-        if natural is not None and not (scene.static or (relaxed and natural.time is None)):
-            raise SceneError(
-                f"{who}: its section relaxes, and its branches do not follow a natural strain; in "
-                "motion natural must be left out, or be constant in time, with relaxed=True"
-            )
-    relaxing = {b.name for b in scene.meshed if b.section.relaxes and b.model != "rigid"}
-    for element in scene.force_elements:
-        series, who = element.relaxation, said(element)
-        if series is None:
-            continue
-        if element.name in relaxing:
-            raise SceneError(
-                f"{who}: a body that relaxes has this name, too, and columns as "
-                f"'{element.name}.relaxation.loss' are by names; it must have another name"
-            )
-        if not series.relaxed and "equilibrium" in scene.starts:
-            raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
+    if not _relaxes(body):
+        return
+    relaxed, natural = body.section.relaxed, body.natural
+    if body.modes:
+        yield (
+            f"its section relaxes, and its model is {show(body.model)}; modes do not relax: the "
+            "model must be 'exact' or 'floating-frame'"
+        )
+    if getattr(body.section, "functions", None) and any(body.section.damping_times):
+        yield (
+            "its section varies, relaxes, and has stiffness_damping; where it relaxes and varies, "
+            "stiffness_damping must be 0"
+        )
+    if not relaxed and "equilibrium" in scene.starts:
+        yield _FROM_EQUILIBRIUM
+    if natural is not None and not (scene.static or (relaxed and natural.time is None)):
+        yield (
+            "its section relaxes, and its branches do not follow a natural strain; in motion "
+            "natural must be left out, or be constant in time, with relaxed=True"
+        )
 
 
-def _targets(scene: Description) -> None:
-    """Names of bodies, edges and points."""
-    items: tuple[Any, ...] = (*scene.supports, *scene.loads, *scene.initial, *scene.probes)
-    for item in items:
-        who = said(item)
-        for body in scene.bodies_of(item):
-            offset = getattr(item, "offset", None)
-            if not body.directors and np.any(offset):
-                raise SceneError(
-                    f"{who}: offset is {show(offset)}; it must be 0 on {said(body)}, whose nodes "
-                    "have no directors for an arm"
-                )
-            kinds = next((some for kind, some in NAMES.items() if isinstance(item, kind)), None)
-            if kinds is not None:
-                # of several names each is that of an edge or an area
-                check_place(body, item.at, who, kinds[:2] if isinstance(item.at, tuple) else kinds)
-    for join in scene.joins:
-        for name, edge in ((join.first, join.at), (join.second, join.second_at)):
-            check_place(scene.shell(name, "join"), edge, "join", EDGES)
-    for one, two in combinations(scene.joins, 2):
-        if all(_edges_of(one, name) & _edges_of(two, name) for name in (one.first, one.second)):
-            raise SceneError(
-                f"scene '{scene.name}': two joins join the same edges of '{one.first}' and "
-                f"'{one.second}', {show(one.at)} and {show(one.second_at)}; remove one of them"
+def relaxing_element(scene: Description, element: Any) -> Sentences:
+    """Refuse what force elements that relax cannot have."""
+    series = element.relaxation
+    if series is None:
+        return
+    if any(_relaxes(body) and body.name == element.name for body in scene.meshed):
+        yield (
+            f"a body that relaxes has this name, too, and columns as "
+            f"'{element.name}.relaxation.loss' are by names; it must have another name"
+        )
+    if not series.relaxed and "equilibrium" in scene.starts:
+        yield _FROM_EQUILIBRIUM
+
+
+def target_rules(scene: Description, item: Any) -> Sentences:
+    """Refuse places of supports, loads, initial velocities and probes that are not there."""
+    for body in scene.bodies_of(item):
+        if not body.directors and np.any(getattr(item, "offset", None)):
+            right = f"it must be 0 on {said(body)}, whose nodes have no directors for an arm"
+            yield "offset", right
+        kinds = next((some for kind, some in NAMES.items() if isinstance(item, kind)), None)
+        if kinds is not None:
+            # of several names each is that of an edge or an area
+            several = isinstance(item.at, tuple)
+            check_place(body, item.at, said(item), kinds[:2] if several else kinds)
+
+
+def join_rules(scene: Description, join: Join) -> Sentences | None:
+    """Refuse edges that shells do not have, and joins that are given twice."""
+    for name, edge in ((join.first, join.at), (join.second, join.second_at)):
+        check_place(scene.shell(name, "join"), edge, "join", EDGES)
+    for one in takewhile(lambda other: other is not join, scene.joins):
+        if all(_edges_of(one, name) & _edges_of(join, name) for name in (one.first, one.second)):
+            raise error_of(
+                scene,
+                f"two joins join the same edges of '{one.first}' and '{one.second}', "
+                f"{show(one.at)} and {show(one.second_at)}; remove one of them",
             )
+    return None
 
 
 def _edges_of(join: Join, shell: str) -> set[str]:
@@ -217,8 +196,8 @@ def _edges_of(join: Join, shell: str) -> set[str]:
     return {edge for name, at in ends if name == shell for edge in as_names(at)}
 
 
-def _time_functions(scene: Description) -> None:
-    """Every function of time gives finite numbers at the beginning, the middle and the end."""
+def check_time(scene: Description, _: Any) -> None:
+    """Check that functions of time give finite numbers: first, in the middle, and at the end."""
     end = scene.given_until
     for load in scene.loads:
         finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
@@ -226,17 +205,14 @@ def _time_functions(scene: Description) -> None:
         if body.natural is not None:
             who = f"natural strain of {said(body)}: time"
             finite_in_time(body.natural.time, scene.t_end, who, 1)
-    for volume in scene.volumes:
-        finite_in_time(volume.change, end, f"{said(volume)}: change", 1)
-    for s in scene.supports:
-        for name, value in s.given.items():
-            what = "prescribed value" if isinstance(s, Fixed) else name
-            size = 3 if name == "translation" else 1
-            finite_in_time(value, end, f"{s.label}: {what}", size)
+    for item, name, value in scene.prescribed:
+        what = "prescribed value" if isinstance(item, Fixed) else name
+        size = 3 if isinstance(item, Support) and name == "translation" else 1
+        finite_in_time(value, end, f"{said(item)}: {what}", size)
 
 
-def _functions_of_position(scene: Description) -> None:
-    """Loads, directions and sections that are, tried at a few points where the surface is known."""
+def check_positions(scene: Description, _: Any) -> None:
+    """Check loads, directions and sections that are functions of the position at a few points."""
     s = np.linspace(0.05, 0.95, 7)
     for load in scene.loads:
         for name in ("force", "p", "moment"):
@@ -257,25 +233,42 @@ def _functions_of_position(scene: Description) -> None:
             shell.section.at(x, f"shell '{shell.name}'")
 
 
-def check_reduced(scene: Description) -> None:
+def fixed_rules(scene: Description, support: Any) -> Sentences:
+    """Refuse directors of bodies that have none, or three."""
+    if not any(c is not None for c in getattr(support, "director", ())):
+        return
+    (body,) = scene.bodies_of(support)
+    if body.directors != 1:
+        yield (
+            f"director is {show(support.director)} on {said(body)}; it must be left out, because "
+            "only a shell has one: use Clamped or a joint to the ground"
+        )
+
+
+def check_reduced(scene: Description, _: Any = None) -> None:
     """Check what concerns bodies in modes.
 
     Raises:
         SceneError: At the first thing that they cannot have.
     """
-    groups = list(groups_of(scene))
-    if not groups:
-        return
     _alike(scene)
+    groups = [[b for b in scene.meshed if b.name in group] for group in groups_of(scene)]
     for group in groups:
-        _slowed_alike(scene, group)
-        for body in scene.meshed:
-            if body.name in group and not body.mass_given > 0:
+        for body in group:
+            # modes know one mass matrix: what damps in proportion to it has one rate
+            first, own = (b.section.mass_damping for b in (group[0], body))
+            if own != first:
+                raise SceneError(
+                    f"{said(group[0])} and {said(body)} are one body in modes, and mass_damping of "
+                    f"their sections is {show(first)} and {show(own)}; it must be the same, or the "
+                    "model 'exact'"
+                )
+            if not body.mass_given > 0:
                 raise SceneError(
                     f"{said(body)} is reduced to modes and has no mass, by which these are found, "
                     "in statics too; give its section a density"
                 )
-    modal = {name: group for group in groups for name in group}
+    modal = {body.name for group in groups for body in group}
     for support in scene.supports:
         for target in scene.bodies_of(support):
             if target.name in modal and not at_rest(support):
@@ -284,7 +277,7 @@ def check_reduced(scene: Description) -> None:
                     "moves it must be a Driver of a joint, and supports must hold it where it is"
                 )
     for joint in scene.joints:
-        if isinstance(joint, Contact) and {joint.first, joint.second} & modal.keys():
+        if isinstance(joint, Contact) and {joint.first, joint.second} & modal:
             raise SceneError(
                 f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
                 "body or a beam with model='exact'"
@@ -309,33 +302,52 @@ def _alike(scene: Description) -> None:
             )
 
 
-def _slowed_alike(scene: Description, group: tuple[str, ...]) -> None:
-    """Modes know one mass matrix: what damps in proportion to it has one rate."""
-    bodies = [body for body in scene.meshed if body.name in group]
-    first = bodies[0]
-    for body in bodies[1:]:
-        if body.section.mass_damping != first.section.mass_damping:
-            raise SceneError(
-                f"{said(first)} and {said(body)} are one body in modes, and mass_damping of their "
-                f"sections is {show(first.section.mass_damping)} and "
-                f"{show(body.section.mass_damping)}; it must be the same, or the model 'exact'"
-            )
-
-
 def _word(body: SceneBody) -> str:
     return f"Modal({body.modes})" if body.modes else repr(body.model)
 
 
-def groups_of(scene: Description) -> Iterator[tuple[str, ...]]:
+def groups_of(scene: Description) -> list[tuple[str, ...]]:
     """Names of the shells and beams that make up each reduced body, in the order of the scene."""
-    group = {b.name: b.name for b in scene.meshed if b.modes}
-    group |= {glue.beam: glue.beam for glue in scene.glues if glue.shell in group}
-    pairs = [(join.first, join.second) for join in scene.joins]
-    pairs += [(glue.shell, glue.beam) for glue in scene.glues]
-    for first, second in pairs:
-        if first in group and second in group:
-            old, new = group[second], group[first]
-            group = {name: new if g == old else g for name, g in group.items()}
-    names = [b.name for b in scene.meshed if b.name in group]
-    for head in dict.fromkeys(group[name] for name in names):
-        yield tuple(name for name in names if group[name] == head)
+    led = [glue.beam for glue in scene.glues if scene.shell(glue.shell).modes]
+    names = [b.name for b in scene.meshed if b.modes or b.name in led]
+    groups = connected(names, (pair for pair in scene.tied if {*pair} <= {*names}))
+    found = (tuple(name for name in names if name in group) for group in groups)
+    return sorted(found, key=lambda group: names.index(group[0]))
+
+
+# what each part of a scene is looked at for, in this order
+RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
+    ("scene", scene_rules),
+    ("scene", checks_schemes.scheme_rules),
+    ("meshed", relaxing_body),
+    ("force_elements", relaxing_element),
+    *((what, target_rules) for what in ("supports", "loads", "initial", "probes")),
+    ("joins", join_rules),
+    ("scene", check_time),
+    ("scene", check_positions),
+    *checks_multibody.RULES,
+    ("supports", fixed_rules),
+    ("scene", checks_multibody.check_supported),
+    *checks_potentials.RULES,
+    ("scene", check_reduced),
+    ("scene", effect_rules),
+    *checks_schemes.LINEAR_RULES,
+    *checks_signals.RULES,
+    ("scene", checks_schemes.path_rules),
+    ("scene", field_rules),
+    ("reserves", reserve_rules),
+)
+
+
+def check(scene: Description) -> None:
+    """Check the whole scene.
+
+    Args:
+        scene: The scene.
+
+    Raises:
+        SceneError: At the first thing that is impossible.
+    """
+    for what, rules in RULES:
+        for part in (scene,) if what == "scene" else getattr(scene, what):
+            refuse(part, rules(scene, part) or ())

@@ -94,6 +94,11 @@ class EnclosedVolume:
     change: TimeFunction | None = None
     origin: Vec3 = (0.0, 0.0, 0.0)
 
+    @property
+    def given(self) -> dict[str, TimeFunction]:
+        """The change, if it is given."""
+        return {} if self.change is None else {"change": self.change}
+
     def _wrong(self) -> Sentences:
         """Check that not both are given."""
         if self.gas is not None and self.change is not None:

@@ -88,22 +88,18 @@ def differ(part: Any, first: str, second: str, right: str = "they must differ") 
         yield f"{first} and {second} are both {show(getattr(part, first))}; {right}"
 
 
-def check(part: Any) -> None:
-    """Refuse what the class of a part of a scene, or a base of it, says to be wrong.
+def refuse(part: Any, sentences: Iterable[str | tuple[str, str]]) -> None:
+    """Refuse a part of a scene with which anything is wrong.
 
     Args:
         part: The part.
+        sentences: What is wrong with it.
 
     Raises:
-        SceneError: With the first sentence.
+        SceneError: With the first of them.
     """
-    for kind in reversed(type(part).__mro__):
-        for wrong in vars(kind).get("_wrong", _nothing)(part):
-            raise error_of(part, wrong) if isinstance(wrong, str) else refused(part, *wrong)
-
-
-def _nothing(part: Any) -> Sentences:
-    return iter(())
+    for wrong in sentences:
+        raise error_of(part, wrong) if isinstance(wrong, str) else refused(part, *wrong)
 
 
 UNKNOWN = "unexpected_keyword_argument"
@@ -305,7 +301,9 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
                 # pydantic builds checks with the first object, and puts its own in place
                 if made.__init__ is not init:
                     made.__init__ = init
-            check(self)
+            for kind in reversed(type(self).__mro__):
+                if "_wrong" in vars(kind):
+                    refuse(self, vars(kind)["_wrong"](self))
 
         made.__init__ = init
         made.label = label
