@@ -231,7 +231,7 @@ def _glues(scene: Description) -> None:
     for glue in scene.glues:
         beam: Any = scene.body(glue.beam, "glue", (Beam,))
         shell = scene.shell(glue.shell, "glue")
-        if beam.curve.shell != shell.name:
+        if beam.along != shell.name:
             raise SceneError(
                 f"glue: beam '{beam.name}' does not run along shell '{shell.name}'; its curve must "
                 "be AlongEdge or AlongLine of that shell"
@@ -252,9 +252,9 @@ def _glues(scene: Description) -> None:
                 "the model of the shell be 'exact'"
             )
     for beam in scene.beams:
-        if beam.curve.shell is None:
+        if beam.along is None:
             continue
-        shell = scene.shell(beam.curve.shell, said(beam))
+        shell = scene.shell(beam.along, said(beam))
         if beam.name not in glued:
             raise SceneError(
                 f"beam '{beam.name}': it runs along shell '{shell.name}' and is not glued to it; "
