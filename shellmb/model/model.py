@@ -106,9 +106,9 @@ class Model:
         kinks = self._join()
         # joins change directors: lines of shells come after them
         lines = {
-            beam.name: line_along(beam, self.shells[beam.curve.shell])
+            beam.name: line_along(beam, self.shells[beam.along])
             for beam in scene.beams
-            if beam.curve.shell is not None
+            if beam.along is not None
         }
         own_lines = {name: along.line for name, along in lines.items()}
         self.beams = {

@@ -29,7 +29,6 @@ from shellmb.preprocessing.modal.tangent import bending, bending_scales
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import PointForce, PointLoad, SurfaceForce
 from shellmb.scene.loads.supports import Clamped, Driven, Fixed, Support, at_rest
-from shellmb.scene.shells.gmsh_surfaces import OfFile
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
@@ -116,7 +115,7 @@ def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str
     Returns:
         None where meshes are read, or cannot be solved.
     """
-    if any(isinstance(shell.surface, OfFile) for shell in scene.shells):
+    if any(shell.surface.of_file for shell in scene.shells):
         return None
     found = []
     with _quietly():

@@ -61,7 +61,7 @@ class SceneMeshes:
         if name not in self._made:
             body: Any = self._scene.body(name)
             if isinstance(body, Beam):
-                along = body.curve.shell
+                along = body.along
                 line = None if along is None else line_along(body, self(along)).line
                 self._made[name] = build_beam(body, self._comm, [], self._dynamic, line)
             else:

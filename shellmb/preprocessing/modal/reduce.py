@@ -178,8 +178,8 @@ class _Reduction:
         """Coordinates of a place on any body."""
         if isinstance(where, tuple) and not isinstance(where[0], str):
             return where
-        body = self._scene.body(name) if name != GROUND else None
-        if isinstance(body, RigidBody):
+        body: Any = self._scene.end(name, who)
+        if body.single and name != GROUND:
             return triple(body.place(where))
         return place_of(where, self.mesh(name), who)
 

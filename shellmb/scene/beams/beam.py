@@ -1,7 +1,8 @@
 """Beams, and how they are glued to shells."""
 
-from collections.abc import Callable
-from typing import Any, Literal
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import InstanceOf
@@ -57,6 +58,7 @@ class Beam(Deforming):
     terms: Listed[Callable[..., Any]] = NONE
     natural: InstanceOf[BeamNaturalStrain] | None = None
 
+    home = "beams"
     directors = 3
     quantities = ("force", "moment")
     mass_word = "mass per length"
@@ -76,9 +78,23 @@ class Beam(Deforming):
         """Kinds of fields that it may have."""
         return super().field_kinds if self.rigid else {"beam"}
 
+    @property
+    def along(self) -> str | None:
+        """Name of the shell in whose mesh it lies; None: it has a mesh of its own."""
+        return self.curve.shell
+
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Number of elements."""
+        return (self.elements,)
+
+    def with_sides(self, sides: Iterable[int]) -> Self:
+        """The beam with another number of elements."""
+        return replace(self, elements=sum(sides))
+
     def some_positions(self, s: Floats) -> Floats | None:
         """Positions along it."""
-        return None if self.curve.shell is not None else self.curve.position(s)
+        return None if self.along is not None else self.curve.position(s)
 
     def _wrong(self) -> Sentences:
         """Check the mesh and the direction of the section."""
@@ -89,7 +105,7 @@ class Beam(Deforming):
                 "natural is given with an extension, and stretching is False; it must be True, or "
                 "extension must be left out"
             )
-        if self.curve.shell is not None:
+        if self.along is not None:
             if self.up is not None:
                 yield "up", "it must be left out along a shell, whose director is d3"
             return

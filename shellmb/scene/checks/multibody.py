@@ -208,7 +208,7 @@ def glue_rules(scene: Description, glue: Glue) -> Sentences:
     beam: Any = scene.body(glue.beam, "glue", (Beam,))
     shell = scene.shell(glue.shell, "glue")
     who, model = f"beam '{beam.name}'", scene.model_of(beam)
-    if beam.curve.shell != shell.name:
+    if beam.along != shell.name:
         yield (
             f"{who} does not run along shell '{shell.name}'; its curve must be AlongEdge or "
             "AlongLine of that shell"
@@ -232,9 +232,9 @@ def beam_rules(scene: Description, beam: Beam) -> Sentences:
         beam: The beam.
     """
     curve = beam.curve
-    if curve.shell is None:
+    if beam.along is None:
         return
-    shell = scene.shell(curve.shell, said(beam))
+    shell = scene.shell(beam.along, said(beam))
     if beam.name not in (glue.beam for glue in scene.glues):
         yield (
             f"it runs along shell '{shell.name}' and is not glued to it; the scene must have "

@@ -73,6 +73,13 @@ class OfFile(Meshed):
     scale: Positive = 1.0
     refine: PositiveInt = 1
 
+    of_file = True
+
+    @property
+    def refined(self) -> int | None:
+        """Elements along a side of each one of the mesh's file; None of CAD."""
+        return None if self.path.suffix.lower() in CAD else self.refine
+
     def _wrong(self) -> Sentences:
         """Check that the file is there."""
         # a name may be too long for a file, or have letters that none has
