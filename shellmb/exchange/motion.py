@@ -8,12 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.exchange.work import PartnerWork
+from shellmb.observers.account.energy import present, work_forms
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
 from shellmb.observers.history import Measuring, check_columns
@@ -22,13 +24,11 @@ from shellmb.scene import Scene
 from shellmb.scene.control.signals import Input, inputs_of, named_inputs
 from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
-from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.simulate.stepping import Arrays, StepInfo
 from shellmb.simulate.stepsize.target_times import Count, near
+from shellmb.system.assembly.functionals import functionals
 from shellmb.system.direct.solver import Factors
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
 
 # arrays, and what JSON knows
 type State = tuple[Arrays, dict[str, Any]]
@@ -132,8 +132,6 @@ class SceneMotion:
                 f"scene '{scene.name}': scheme is {show(scene.scheme_name)}, which has no time; a "
                 "motion needs a dynamic one, as 'ep4'"
             )
-        from mpi4py import MPI
-
         with _begun(scene, start or {}):
             self.simulation = Simulation(scene, MPI.COMM_WORLD if comm is None else comm)
         if not self.simulation.repeatable:
@@ -322,3 +320,85 @@ class SceneMotion:
         self._columns = None
         while not simulation.over and not simulation.finished:
             simulation.advance(self._observers)
+
+
+# what inputs are set to for a moment, at both ends of a step
+NOTHING, SOMETHING = (0.0, 0.0), (1.0, 2.0)
+
+
+class PartnerWork(BaseObserver):
+    """Sums the work that inputs do through loads, motors, supports and drivers.
+
+    It is that of the same step without them taken from the work that is done: loads and motors are
+    linear in their inputs. Supports and drivers that have inputs work by their reactions.
+
+    Args:
+        inputs: All inputs of the scene.
+
+    Attributes:
+        work: It, J; part of the work of loads, terms and supports in the energy balance.
+    """
+
+    remembered = ("work",)
+
+    def __init__(self, inputs: Sequence[Input]) -> None:
+        self._inputs, self.work = list(inputs), 0.0
+
+    def start(self, simulation: Simulation) -> None:
+        """Find what inputs act on."""
+        problem, scene = simulation.problem, simulation.scene
+        stores = simulation.model.stores
+        bodies = [body for body in simulation.model.bodies if body not in stores]
+        parts = {"loads": scene.loads, "terms": scene.force_elements}
+        kinds = [kind for kind, items in parts.items() if any(True for _ in inputs_of(items))]
+        forms = [form for kind in kinds for form in present(work_forms(simulation, kind, bodies))]
+        comm = simulation.model.comm
+        self._forces = functionals([forms], comm) if forms else None
+        given, lines = [], [one.line for one in self._inputs]
+        for values in (NOTHING, SOMETHING):
+            self._take(simulation, [(0.0, simulation.size.dt, *values)] * len(lines))
+            problem.prepare(0.0, simulation.size.dt)
+            problem.system.update_fixed_values()
+            given.append(problem.system.fixed_values().copy())
+        self._moved = given[0] != given[1]
+        self._drives = comm.allreduce(bool(np.any(self._moved)), op=MPI.LOR)
+        self._take(simulation, lines)
+
+    def _take(
+        self, simulation: Simulation, lines: Sequence[tuple[float, float, float, float]]
+    ) -> None:
+        for one, line in zip(self._inputs, lines, strict=True):
+            one.take(*line)
+        simulation.model.mechanism.command(simulation.model.signals)
+
+    def _sample(self, simulation: Simulation, t: float, dt: float) -> None:
+        problem = simulation.problem
+        for stages in problem.forms.values():
+            for forms in stages.values():
+                for sample in forms.samples:
+                    sample.update(t, dt, problem.start_factor)
+
+    def _work(self, simulation: Simulation, t: float, dt: float) -> float:
+        self._sample(simulation, t, dt)
+        assert self._forces is not None
+        return float(self._forces()[0])
+
+    def solved(self, simulation: Simulation) -> None:
+        """Add the work of a step."""
+        last = simulation.last
+        assert last is not None
+        if self._drives:
+            self.work += simulation.problem.support_work(self._moved)
+        if self._forces is None:
+            return
+        every = self._work(simulation, last.t, last.dt)
+        lines = [one.line for one in self._inputs]
+        self._take(simulation, [(last.t, last.dt, *NOTHING)] * len(lines))
+        others = self._work(simulation, last.t, last.dt)
+        self._take(simulation, lines)
+        self._sample(simulation, last.t, last.dt)
+        self.work += every - others
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the outputs."""
+        return {"work_inputs": self.work}

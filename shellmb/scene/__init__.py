@@ -83,10 +83,12 @@ from shellmb.scene.multibody.joints import Distance as Distance
 from shellmb.scene.multibody.joints import EdgeHinge as EdgeHinge
 from shellmb.scene.multibody.joints import InPlane as InPlane
 from shellmb.scene.multibody.joints import Joint as Joint
+from shellmb.scene.multibody.joints import KnifeEdge as KnifeEdge
 from shellmb.scene.multibody.joints import OwnJoint as OwnJoint
 from shellmb.scene.multibody.joints import Planar as Planar
 from shellmb.scene.multibody.joints import Prismatic as Prismatic
 from shellmb.scene.multibody.joints import Revolute as Revolute
+from shellmb.scene.multibody.joints import Rolling as Rolling
 from shellmb.scene.multibody.joints import Screw as Screw
 from shellmb.scene.multibody.joints import ShellRevolute as ShellRevolute
 from shellmb.scene.multibody.joints import Spherical as Spherical
@@ -94,8 +96,6 @@ from shellmb.scene.multibody.joints import Universal as Universal
 from shellmb.scene.multibody.joints import Weld as Weld
 from shellmb.scene.multibody.offsets import Offset as Offset
 from shellmb.scene.multibody.rigid import RigidBody as RigidBody
-from shellmb.scene.multibody.rolling import KnifeEdge as KnifeEdge
-from shellmb.scene.multibody.rolling import Rolling as Rolling
 from shellmb.scene.probes import Probe as Probe
 from shellmb.scene.probes import Reserve as Reserve
 from shellmb.scene.scene import Scene as Scene

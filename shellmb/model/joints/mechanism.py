@@ -53,8 +53,7 @@ from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import EdgeHinge, Screw
-from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.multibody.joints import Contact, EdgeHinge, Screw
 
 # a driver's motion begins where the joint is, to this part of what is large for its coordinate
 AT_START = 1e-9

@@ -18,7 +18,7 @@ from shellmb.forms.constraints.nonholonomic import Own, both
 from shellmb.model.joints.joints import BoundJoint, FindEnd, JointGroup
 from shellmb.model.locations.ends import change_of, frame_about
 from shellmb.model.massless import Scale, gathered
-from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
+from shellmb.scene.multibody.joints import Contact, KnifeEdge, Rolling
 
 # slip at the start of what was to roll, as a part of the speeds that it is the difference of
 SLIPPING = 1e-6

@@ -27,7 +27,7 @@ from shellmb.scene import (
 from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import said, small_strains
 from shellmb.scene.multibody.elements import JointElement, PointElement
-from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.multibody.joints import Contact
 from shellmb.scene.values.validate import show
 
 # directions and points closer than this, of unit vectors and of what is large, are on the axis

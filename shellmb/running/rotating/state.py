@@ -38,7 +38,7 @@ from shellmb.running.rotating.rigid import (
 from shellmb.scene import Driven, JointDamper, Motor, Scene
 from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import listed, said
-from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.multibody.joints import Contact
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.validate import show
 from shellmb.schemes.base import Levels

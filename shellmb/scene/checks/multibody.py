@@ -14,18 +14,19 @@ from shellmb.scene.lookup import connected
 from shellmb.scene.multibody.elements import Driver, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
+    Contact,
     Cylindrical,
     Distance,
     EdgeHinge,
     Joint,
     Prismatic,
     Revolute,
+    Rolling,
     Screw,
     ShellRevolute,
     Weld,
 )
 from shellmb.scene.multibody.offsets import Offset
-from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.bodies import SceneBody

@@ -9,7 +9,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Fixed, Support, at_rest, moves
-from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.multibody.joints import Contact
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import Sentences, error_of, listed, said, show

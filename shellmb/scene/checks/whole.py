@@ -19,8 +19,7 @@ from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.lookup import connected
-from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.multibody.joints import GROUND, Contact
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join

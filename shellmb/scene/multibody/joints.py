@@ -6,17 +6,20 @@ reference configuration, the name of a point of the first body (of a rigid body 
 point if left out), or an :class:`Offset` from one of its nodes; ``second_at`` where the second end
 differs. Axes and normals are those of the
 reference configuration, in the scene's axes. A joint may have a mass, which both ends carry by
-halves, and may act in windows ``(start, end)`` of time only.
+halves, and may act in windows ``(start, end)`` of time only. Rolling and blades forbid velocities
+and not positions.
 """
 
 from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar
 
+import numpy as np
+
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Sentences, described, differ, frame, show
+from shellmb.scene.values.validate import Sentences, described, differ, frame, show, unit_vector
 
 GROUND = "ground"
 
@@ -319,3 +322,85 @@ class FramedHinge(Revolute):
     """Revolute joint in place of an edge hinge whose edges both move as frames."""
 
     along_scene = True
+
+
+# sine of the angle between a wheel's axis (a blade) and the normal below which it lies flat
+# (stands up): the direction it heads in is lost
+FLAT = 1e-6
+
+
+@described("contact")
+class Contact(Joint):
+    """A body on a plane that it stays on, and on which it cannot slip."""
+
+    normal: Axis = field(kw_only=True)
+
+    def _wrong(self) -> Sentences:
+        """Check what a contact cannot have."""
+        if self.second == GROUND:
+            yield (
+                "second is 'ground'; it must be the body that moves on the plane, and the plane "
+                "belongs to the first"
+            )
+        if self.active is not None:
+            yield "active", "it must be None: contacts act always"
+
+        # a sphere has no axis
+        for what in ("axis", "direction"):
+            direction = getattr(self, what, None)
+            if direction is not None and _sine(self.normal, direction) < FLAT:
+                yield (
+                    f"{what} {show(direction)} is normal to the plane; it must not be: there is no "
+                    "direction that it could move in"
+                )
+
+
+def _sine(a: Axis, b: Axis) -> float:
+    """Sine of the angle between two directions."""
+    return float(np.linalg.norm(np.cross(unit_vector(a, "normal"), unit_vector(b, "direction"))))
+
+
+@described("rolling joint")
+class Rolling(Contact):
+    """A wheel with a thin rim, or a sphere, rolls on a plane of the first body without slip.
+
+    The plane goes through the point ``at`` of the first body. The centre of the wheel is the point
+    ``second_at`` of the second body, its reference point if left out. The contact holds in both
+    directions: where it pulls (``NAME.F3`` is negative), a real wheel would lift off.
+
+    Args:
+        name: Its name in the results.
+        first: Body of the plane, or ``"ground"``.
+        second: Body that moves on it.
+        at: Point of the plane on the first body: coordinates [m], the name of a point of it, or an
+            ``Offset``.
+        second_at: Centre of the wheel on the second body; None: its reference point.
+        normal: Normal of the plane, which turns with the first body; its sign does not matter.
+        mass: Mass of the joint [kg], half of it at each of its ends.
+        active: None: contacts act always.
+        radius: Radius of the rim, or the sphere [m].
+        axis: Axis of the wheel, which turns with it; None: a sphere.
+    """
+
+    radius: Positive = field(kw_only=True)
+    axis: Axis | None = field(default=None, kw_only=True)
+
+
+@described("knife-edge joint")
+class KnifeEdge(Contact):
+    """A point of the second body stays on a plane of the first and moves along a blade only.
+
+    Args:
+        name: Its name in the results.
+        first: Body of the plane, or ``"ground"``.
+        second: Body that moves on it.
+        at: Point of the plane on the first body: coordinates [m], the name of a point of it, or an
+            ``Offset``.
+        second_at: Where the blade is on the second body; None: at ``at``.
+        normal: Normal of the plane, which turns with the first body; its sign does not matter.
+        mass: Mass of the joint [kg], half of it at each of its ends.
+        active: None: contacts act always.
+        direction: Direction of the blade, which turns with the second body.
+    """
+
+    direction: Axis = field(kw_only=True)

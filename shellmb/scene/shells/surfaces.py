@@ -154,8 +154,46 @@ def _around(angle: Floats, e1: Floats, e2: Floats) -> Floats:
     return np.multiply.outer(e1, np.cos(angle)) + np.multiply.outer(e2, np.sin(angle))
 
 
+class _Around(Surface):
+    """Base of surfaces whose xi goes around: closed ones have no sides, poles replace edges.
+
+    Attributes:
+        turned: Name of the first and the last angle of xi.
+        antipole: Whether eta = 1 is a single point.
+    """
+
+    turned: ClassVar[str] = "angles"
+    antipole: bool = False
+
+    @property
+    def sweep(self) -> float:  # type: ignore[override]
+        """Angle that xi goes through [degrees]."""
+        first, last = getattr(self, self.turned)
+        return float(last - first)
+
+    @property
+    def closed(self) -> bool:  # type: ignore[override]
+        """Decide whether the angles make a full turn."""
+        return math.isclose(self.sweep, 360.0)
+
+    @property
+    def edges(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names of the edges."""
+        sides = () if self.closed else ("left", "right")
+        ends = {"bottom": self.pole, "top": self.antipole}
+        return (*sides, *(name for name, single in ends.items() if not single))
+
+    @property
+    def points(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names of the corners and poles."""
+        sides = ("left",) if self.closed else ("left", "right")
+        first, last = (tuple(f"{side}-{end}" for side in sides) for end in ("bottom", "top"))
+        first = ("pole",) if self.pole else first
+        return (*first, *(("antipole",) if self.antipole else last))
+
+
 @described("cylinder")
-class Cylinder(_Framed):
+class Cylinder(_Framed, _Around):
     """A circular cylinder: xi along the arc, eta along the axis, normal outwards.
 
     With 360 degrees between the angles it is closed: then it has the edges ``bottom`` and ``top``
@@ -181,18 +219,6 @@ class Cylinder(_Framed):
 
     directions = ("axis", "start")
 
-    def __post_init__(self) -> None:
-        """Check the axes; a closed cylinder has two edges."""
-        super().__post_init__()
-        if self.closed:
-            object.__setattr__(self, "edges", ("bottom", "top"))
-            object.__setattr__(self, "points", ("left-bottom", "left-top"))
-
-    @property
-    def closed(self) -> bool:  # type: ignore[override]
-        """Decide whether the angles make a full turn."""
-        return math.isclose(self.angles[1] - self.angles[0], 360.0)
-
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
         axis, e1, e2 = self._axes
@@ -208,27 +234,8 @@ class Cylinder(_Framed):
         return _outward(r, self.flip)
 
 
-class _Polar(Surface):
-    """Base of a sphere and a disc: a closed rim, and a pole that takes the place of an edge."""
-
-    def _name_parts(self, span: float, pole: bool) -> None:
-        closed = math.isclose(span, 360.0)
-        sides = () if closed else ("left", "right")
-        ends = ("top",) if pole else ("bottom", "top")
-        columns = ("left",) if closed else ("left", "right")
-        points = ("pole",) if pole else tuple(f"{c}-bottom" for c in columns)
-        for name, value in (
-            ("closed", closed),
-            ("pole", pole),
-            ("sweep", span),
-            ("edges", sides + ends),
-            ("points", points + tuple(f"{c}-top" for c in columns)),
-        ):
-            object.__setattr__(self, name, value)
-
-
 @described("sphere")
-class Sphere(_Polar):
+class Sphere(_Around):
     """A part of a sphere about the z axis: xi the azimuth, eta the polar angle, normal outwards.
 
     Where the polar angle starts at 0 the mesh is made of blocks that avoid collapsed cells: there
@@ -252,17 +259,21 @@ class Sphere(_Polar):
     origin: Vec3 = (0.0, 0.0, 0.0)
     flip: bool = False
 
-    def __post_init__(self) -> None:
-        """Name the edges."""
-        sweep = self.azimuth[1] - self.azimuth[0]
-        self._name_parts(sweep, self.polar[0] == 0)
-        if self.polar == (0.0, 180.0) and math.isclose(sweep, 360.0):
-            object.__setattr__(self, "edges", ())
-            object.__setattr__(self, "points", ("pole", "antipole"))
+    turned = "azimuth"
+
+    @property
+    def pole(self) -> bool:  # type: ignore[override]
+        """Decide whether it begins at the pole."""
+        return self.polar[0] == 0
+
+    @property
+    def antipole(self) -> bool:  # type: ignore[override]
+        """Decide whether it is the whole sphere."""
+        return self.polar == (0.0, 180.0) and self.closed
 
     def _wrong(self) -> Sentences:
         """Check the polar angles."""
-        if self.polar[0] < 0 or (self.polar[1] >= 180 and self.edges):
+        if self.polar[0] < 0 or (self.polar[1] >= 180 and not self.antipole):
             yield (
                 f"polar is {show(self.polar)} and azimuth {show(self.azimuth)}; polar must begin "
                 "at 0 or more and end below 180 degrees, or be (0, 180) with the full azimuth"
@@ -282,7 +293,7 @@ class Sphere(_Polar):
 
 
 @described("disc")
-class Disc(_Framed, _Polar):
+class Disc(_Framed, _Around):
     """A flat disc or sector: xi the angle, eta the radius, normal ``axis1 x axis2``.
 
     Its edges are ``top`` (the rim) and, for a sector, ``left`` and ``right``; its centre is the
@@ -303,10 +314,7 @@ class Disc(_Framed, _Polar):
     axis1: Vec3 = (1.0, 0.0, 0.0)
     axis2: Vec3 = (0.0, 1.0, 0.0)
 
-    def __post_init__(self) -> None:
-        """Check the axes and name the edges."""
-        super().__post_init__()
-        self._name_parts(self.angles[1] - self.angles[0], True)
+    pole = True
 
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n)."""
