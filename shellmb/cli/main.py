@@ -15,7 +15,6 @@ from shellmb import __version__
 from shellmb.cli.failures import App, failures_reported, first_rank, tell
 from shellmb.cli.options import (
     CheckOption,
-    JsonOption,
     OutOption,
     PicturesOption,
     QuietOption,
@@ -29,7 +28,7 @@ from shellmb.cli.options import (
     without_types,
 )
 from shellmb.cli.report import announce, finish, print_list, print_numbers, say
-from shellmb.cli.study import effects, sensitivities, study
+from shellmb.cli.study import sensitivities, study
 from shellmb.errors import SceneError
 from shellmb.options.described import option, options_of, read, take
 from shellmb.options.linear import LinearOptions, ModesOptions, ResponseOptions, numbers
@@ -261,22 +260,20 @@ def response(
     return found
 
 
-@app.command()
-@failures_reported
-def verify(
-    json: JsonOption = False,
-    case: Annotated[
-        str | None,
-        typer.Option(metavar="PATTERN", help="Run only the cases whose name contains this."),
-    ] = None,
-    slow: Annotated[
-        bool, typer.Option("--slow", help="Also run the cases that take minutes.")
-    ] = False,
-) -> None:
-    """Compare results with analytic, published and independent values; from a checkout."""
-    report = of_checkout("verification.report", "shellmb verify")
-    if not report.run_verification(case, slow, json):
-        raise typer.Exit(1)
+def _of_checkout(name: str) -> None:
+    """Add a command that only a checkout has; elsewhere it says so."""
+    try:
+        command, settings = getattr(of_checkout(f"shellmb {name}"), name), {}
+    except SceneError:
+
+        def command() -> None:
+            of_checkout(f"shellmb {name}")
+
+        settings = {"allow_extra_args": True, "ignore_unknown_options": True}
+    app.command(name, context_settings=settings)(failures_reported(command))
+
+
+_of_checkout("verify")
 
 
 @app.command()
@@ -298,7 +295,7 @@ def export(
     say(f"written {export_fmu(scene, out, version=fmi, parameters=given)}")
 
 
-app.command()(failures_reported(effects))
+_of_checkout("effects")
 app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
 

@@ -7,7 +7,6 @@ import inspect
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -160,18 +159,17 @@ def default_directory(name: str) -> Path:
     return Path("runs", f"{name}-{datetime.now():%Y%m%d-%H%M%S}")
 
 
-def of_checkout(name: str, command: str) -> ModuleType:
-    """A module that only a checkout has.
+def of_checkout(command: str) -> Any:
+    """The module of the commands that only a checkout has.
 
     Args:
-        name: Its name in `demos/`, such as "studies.bundled".
         command: The command that needs it.
 
     Raises:
         SceneError: If shellmb is installed without a checkout.
     """
     try:
-        return importlib.import_module(f"shellmb.demos.{name}")
+        return importlib.import_module("shellmb.demos.studies.commands")
     except ModuleNotFoundError as error:
         if not (error.name or "").startswith("shellmb.demos."):
             raise

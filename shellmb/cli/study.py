@@ -1,8 +1,7 @@
-"""The commands that run a scene many times: `shellmb study`, `sensitivities` and `effects`."""
+"""The commands that run a scene many times: `shellmb study` and `sensitivities`."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,12 +19,11 @@ from shellmb.cli.options import (
     default_directory,
     of_checkout,
     offers,
-    requested,
 )
-from shellmb.cli.report import announce, print_list, print_sensitivities, say
+from shellmb.cli.report import announce, print_sensitivities, say
 from shellmb.errors import SceneError
 from shellmb.options.described import Option, options_of
-from shellmb.options.run import ELEMENTS, Options, StudyOptions
+from shellmb.options.run import Options, StudyOptions
 
 if TYPE_CHECKING:
     from shellmb.accuracy.studies.report import Finding
@@ -88,12 +86,13 @@ def study(
     given += [one.flag.removeprefix("--") for one in named if options[one.name] is not None]
     if bundled is not None or scene is None:
         _refuse(scene, bundled, given)
-        done = _run_bundled(bundled or "list", options["repeat"], clock, out, quiet)
+        studies = of_checkout("shellmb study --bundled")
+        done = studies.run_bundled(bundled or "list", options["repeat"], clock, out, quiet)
         _finish(done, json, not no_pictures)
         return
     sweep = sweep_of(scene, parse_parameters(parameters or []), quantity or [], **options)
     folder = out or Path("runs", f"study-{Path(scene).stem}")
-    found = _run("", sweep, folder, clock, quiet)
+    found = run_study("", sweep, folder, clock, quiet)
     _finish([("study", folder, found)], json, not no_pictures)
 
 
@@ -108,28 +107,16 @@ def _refuse(scene: str | None, bundled: str | None, given: list[str]) -> None:
         raise SceneError(f"study: bundled is '{bundled}'; beside it {named} must be left out")
 
 
-def _run_bundled(
-    name: str, repeat: int | None, clock: str, out: Path | None, quiet: bool
-) -> list[Done]:
-    studies = of_checkout("studies.bundled", "shellmb study --bundled")
-    if name == "list":
-        if first_rank():
-            whats = {study.name: study.what for study in studies.BUNDLED}
-            print_list(whats, {"studies": list(whats)})
-        return []
-    done = []
-    for item in studies.find_bundled(name):
-        folder = (out or Path("runs", "studies")) / item.name
-        findings: list[Finding] = []
-        for k, part in enumerate(item.parts):
-            sweep = part.sweep if repeat is None else replace(part.sweep, repeat=repeat)
-            place = folder / str(k + 1) if len(item.parts) > 1 else folder
-            findings += _run(part.title, sweep, place, clock, quiet)
-        done.append((item.name, folder, findings))
-    return done
+def run_study(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> list[Finding]:
+    """Run a study.
 
-
-def _run(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> list[Finding]:
+    Args:
+        title: What is said of each run; empty: the name of the scene.
+        sweep: The study.
+        folder: Folder of its records.
+        clock: As of `shellmb study`.
+        quiet: Whether runs are not reported.
+    """
     from shellmb.accuracy.studies.report import evaluate
     from shellmb.accuracy.studies.runner import measure
 
@@ -245,43 +232,3 @@ def _number(name: str, text: str) -> float:
         return float(text)
     except ValueError:
         raise SceneError(f"--scale gives {name} the size '{text}'; it must be a number") from None
-
-
-@offers(*options_of(Options, "scheme", "alpha", "dt", "t_end", *ELEMENTS))
-def effects(
-    scene: SceneArgument,
-    without: Annotated[
-        list[str] | None,
-        typer.Option(metavar="EFFECT[:PART]", help="Run again without it; may be repeated."),
-    ] = None,
-    with_: Annotated[
-        list[str] | None,
-        typer.Option("--with", metavar="EFFECT[:PART]", help="Run again with it."),
-    ] = None,
-    parameters: SetOption = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps per round of the table.")] = 10,
-    repeat: Annotated[
-        int | None,
-        typer.Option(
-            min=1, help="Rounds of the table (default 3), or of compared runs (default 1)."
-        ),
-    ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="List effects and reasons only; build nothing.")
-    ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-    **options: Any,
-) -> None:
-    """Show which effects a scene simulates, omits, why, and what each costs; from a checkout.
-
-    With `--without` or `--with` the scene is run as it is and with that changed: the change of its
-    results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.
-    Costs are differences to the scene without the effect; times are medians of rounds in turn.
-    """
-    report = of_checkout("effects.command", "shellmb effects")
-    wanted = requested(scene, parameters, **options)
-    said = {"without": without or [], "with": with_ or []}
-    if without or with_:
-        report.tell_comparison(wanted.scene, said, wanted.module.results, repeat or 1, json)
-    else:
-        report.tell_survey(wanted.scene, 0 if quick else steps, repeat or 3, json)
