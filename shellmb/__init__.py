@@ -19,9 +19,11 @@ from shellmb.guarding.library_options import isolate
 
 __version__ = "0.1.0"
 
-# functions that the stub writes out, with their options; it imports all others from their modules
+# functions that the stub writes out, with their options or by cases; it imports all others from
+# their modules
 _WRITTEN_OUT = {
     "run": "shellmb.api.runs",
+    "modes": "shellmb.api.modal",
     "study": "shellmb.api.studies",
     "sensitivities": "shellmb.api.sensitivity.run",
     "adjoint": "shellmb.sensitivity.adjoint.run",

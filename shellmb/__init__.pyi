@@ -1,7 +1,7 @@
 # what `shellmb.__getattr__` finds when it is used, for editors and type checkers
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, overload
 
 from mpi4py import MPI
 
@@ -14,7 +14,6 @@ from shellmb.api.fitting.fitted import Fit as Fit
 from shellmb.api.fitting.rank import rank as rank
 from shellmb.api.matrices import Matrices as Matrices
 from shellmb.api.matrices import matrices as matrices
-from shellmb.api.modal import modes as modes
 from shellmb.api.modeshapes import ModeShapes as ModeShapes
 from shellmb.api.modeshapes import RotatingModes as RotatingModes
 from shellmb.api.modeshapes import StateModes as StateModes
@@ -206,3 +205,40 @@ def frequency_sensitivities(
     body: str | None = None,
     model: str | None = None,
 ) -> pd.DataFrame: ...
+
+# by what modes are about
+@overload
+def modes(
+    scene: Run, out: Path | str | None = None, count: int = 6, **options: Any
+) -> StateModes: ...
+@overload
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    *,
+    state: Run | Path | str,
+    **options: Any,
+) -> StateModes: ...
+@overload
+def modes(
+    scene: Scene | str, out: Path | str | None = None, count: int = 6, *, at: float, **options: Any
+) -> StateModes: ...
+@overload
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    rates: Sequence[float],
+    **options: Any,
+) -> RotatingModes: ...
+@overload
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    loaded: bool = False,
+    **options: Any,
+) -> ModeShapes: ...

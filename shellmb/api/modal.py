@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 from shellmb.api.modeshapes import ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run, scene_of
@@ -19,34 +19,6 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 
-# directory to write
-type Out = Path | str | None
-
-
-@overload
-def modes(scene: Run, out: Out = None, count: int = 6, **options: Any) -> StateModes: ...
-@overload
-def modes(
-    scene: Scene | str, out: Out = None, count: int = 6, *, state: Run | Path | str, **options: Any
-) -> StateModes: ...
-@overload
-def modes(
-    scene: Scene | str, out: Out = None, count: int = 6, *, at: float, **options: Any
-) -> StateModes: ...
-@overload
-def modes(
-    scene: Scene | str,
-    out: Out = None,
-    count: int = 6,
-    loaded: bool = False,
-    *,
-    rates: Sequence[float],
-    **options: Any,
-) -> RotatingModes: ...
-@overload
-def modes(
-    scene: Scene | str, out: Out = None, count: int = 6, loaded: bool = False, **options: Any
-) -> ModeShapes: ...
 @takes(
     *options_of(ModesOptions),
     *options_of(Options, *ELEMENTS, "errors"),
