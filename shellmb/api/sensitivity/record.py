@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -98,6 +98,14 @@ class Sensitivities:
         """Distance of both sides by which differences are divided."""
         return np.inf if parameter.name in self._independent else parameter.width
 
+    def _slopes(self, of: Callable[[Run], Any]) -> dict[str, Any]:
+        """Derivatives of what runs have by each parameter."""
+        found = {}
+        for p in self.parameters:
+            above, below = map(of, self._sides[p.name])
+            found[p.name] = (above - below) / self._width(p)
+        return found
+
     @cached_property
     def history(self) -> pd.DataFrame:
         """Derivatives of the history over time, columns by parameter and column of the history.
@@ -105,14 +113,12 @@ class Sensitivities:
         `history["thickness"]["tip_z"]` is that of the column `tip_z` by the thickness. All rows are
         at fixed times, but those of events: their column `t` has the derivative of the time.
         """
-        found, left = {}, set(OF_STEPS)
-        if self.run.summary.get("events"):
-            left.remove("t")
-        for p in self.parameters:
-            above, below = (side.history for side in self._sides[p.name])
-            columns = [c for c in above.columns if c not in left]
-            found[p.name] = (above[columns] - below[columns]) / self._width(p)
-        table = pd.concat(found, axis=1, names=["parameter", "column"])
+        left = set(OF_STEPS) - ({"t"} if self.run.summary.get("events") else set())
+
+        def columns(run: Run) -> pd.DataFrame:
+            return run.history[[c for c in run.history.columns if c not in left]]
+
+        table = pd.concat(self._slopes(columns), axis=1, names=["parameter", "column"])
         return table.set_index(pd.Index(self.run.history["t"], name="t"))
 
     @cached_property
@@ -131,13 +137,8 @@ class Sensitivities:
     @cached_property
     def results(self) -> pd.DataFrame:
         """Derivatives of the results, a row for each result and a column for each parameter."""
-        found = {}
-        for p in self.parameters:
-            above, below = (side.results for side in self._sides[p.name])
-            found[p.name] = {
-                name: _difference(above[name], below.get(name), self._width(p)) for name in above
-            }
-        return pd.DataFrame(found)
+        found = self._slopes(lambda run: pd.Series(run.results, dtype=float))
+        return pd.DataFrame(found).reindex(list(self.run.results))
 
     @cached_property
     def reserves(self) -> pd.DataFrame:
@@ -180,10 +181,8 @@ class Sensitivities:
             return [(name, "off" if k % 2 else "on", t) for name, k, t in found]
 
         table = pd.DataFrame(times(self.run), columns=["event", "goes", "time"])
-        for p in self.parameters:
-            above, below = (np.array([t for *_, t in times(side)]) for side in self._sides[p.name])
-            table[p.name] = (above - below) / self._width(p)
-        return table.sort_values("time", ignore_index=True, kind="stable")
+        slopes = self._slopes(lambda run: np.array([t for *_, t in times(run)]))
+        return table.assign(**slopes).sort_values("time", ignore_index=True, kind="stable")
 
     def band(self, covariance: Any) -> Band:
         """Error bands of histories and results that follow from uncertain parameters.
@@ -296,7 +295,3 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
 def _largest(values: Any) -> float:
     """Largest size of numbers that are known."""
     return float(np.abs(np.nan_to_num(np.asarray(values, dtype=float))).max())
-
-
-def _difference(above: float, below: Any, width: float) -> float:
-    return float("nan") if below is None else (above - below) / width

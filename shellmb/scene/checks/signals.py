@@ -1,6 +1,5 @@
 """Checks of sensors, controllers, events, and of what they act on."""
 
-from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -35,16 +34,6 @@ ACCOUNT = (
 )
 _FORCES = ("F1", "F2", "F3", "M1", "M2", "M3")
 _EFFORT = {"rotation": "torque", "translation": "force"}
-
-
-def event_rules(scene: Description, _: Any) -> Sentences:
-    """Refuse events that share a name."""
-    for name, count in Counter(event.name for event in scene.all_events).items():
-        if count > 1:
-            yield (
-                f"{count} events are named '{name}' (a lock with a condition has one of its own); "
-                "each must have a name of its own"
-            )
 
 
 def check_inputs(scene: Description, _: Any) -> None:
@@ -198,7 +187,6 @@ def check_sensor(scene: Description, sensor: Any) -> None:
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
     ("supports", motion_rules),
     ("drivers", motion_rules),
-    ("scene", event_rules),
     ("scene", check_inputs),
     *((what, signal_rules) for what in ("loads", "drivers", "force_elements")),
     ("locks", switch_rules),

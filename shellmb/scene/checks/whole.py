@@ -30,6 +30,7 @@ from shellmb.scene.values.validate import Sentences, as_names, error_of, kind_of
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")
 NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", *RECORDED)
+EVENTS = "all_events"
 ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 # what the name of a place may be of: what is along an edge, as HardSupport and loads are, has no
 # meaning on an area
@@ -106,11 +107,12 @@ def scene_rules(scene: Description, _: Any) -> Sentences:
                 f"a {kind_of(body)} is named '{GROUND}'; it must have another name, because this "
                 "one is reserved"
             )
-    for what in ("shells", *NAMED):
+    for what in ("shells", *NAMED, EVENTS):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
-                many = f"{count} {what.replace('_', ' ')}"
-                yield f"{many} are named '{name}'; each must have a name of its own"
+                many = f"{count} {what.removeprefix('all_').replace('_', ' ')} are named '{name}'"
+                note = " (a lock with a condition has one of its own)" if what == EVENTS else ""
+                yield f"{many}{note}; each must have a name of its own"
     check_names(scene)
 
 
