@@ -21,7 +21,13 @@ from shellmb.model.body import FixedDofs
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
-from shellmb.preprocessing.constraint_analysis.rows import Row, connected, inner_rows, local_rows
+from shellmb.preprocessing.constraint_analysis.rows import (
+    Row,
+    connected,
+    inner_rows,
+    local_rows,
+    looped,
+)
 from shellmb.scene.lookup import listed
 from shellmb.scene.multibody.joints import EdgeHinge
 
@@ -134,9 +140,8 @@ def _all_dependent(
     if gathered is not None:
         every = [row for part in gathered for row in part[0]]
         every += sorted((row for part in gathered for row in part[1]), key=_order(model))
-        found = [
-            item for part in connected(every) for item in _dependent(part, columns, sizes, bound)
-        ]
+        parts = connected(looped(every, columns, sizes), columns)
+        found = [item for part in parts for item in _dependent(part, columns, sizes, bound)]
     return model.comm.bcast(found) or []
 
 
