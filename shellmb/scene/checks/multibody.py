@@ -11,7 +11,7 @@ from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.multibody.couplings import Coupled
-from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
+from shellmb.scene.multibody.elements import Driver, Lock
 from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
@@ -45,10 +45,9 @@ def check(scene: Description) -> None:
     for joint in scene.joints:
         _joint(scene, joint)
     _coordinates(scene)
-    for element in scene.force_elements:
-        if isinstance(element, PointElement):
-            for body, at in ((element.first, element.at), (element.second, element.second_at)):
-                _end(scene, body, at, said(element))
+    for element in scene.point_elements:
+        for body, at in ((element.first, element.at), (element.second, element.second_at)):
+            _end(scene, body, at, said(element))
     _glues(scene)
     for probe in scene.probes:
         _quantity(scene, probe)
@@ -202,9 +201,8 @@ def _coordinates(scene: Description) -> None:
                     f"lock of joint '{lock.joint}': active has the window ({start:g}, {end:g}); "
                     "it must begin at 0 or later"
                 )
-    for element in (*scene.force_elements, *_coupled(scene)):
-        if isinstance(element, JointElement):
-            scene.coordinates_of(element)
+    for element in (*scene.joint_elements, *_coupled(scene)):
+        scene.coordinates_of(element)
     relations: tuple[Any, ...] = (*scene.joints, *scene.couplings)
     for relation in relations:
         for function in relation.given:
@@ -322,7 +320,7 @@ def _supported(scene: Description) -> None:
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(joint.first, joint.second) for joint in scene.joints]
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
-    pairs += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
+    pairs += [(e.first, e.second) for e in scene.point_elements]
     pairs += [(body.name, GROUND) for s in scene.supports for body in scene.bodies_of(s)]
     pairs += [(body.name, body.of) for body in scene.bodies if body.of]
     # an elastic foundation, say; whether terms hold all motions is found out later
@@ -368,7 +366,7 @@ def _carried(scene: Description) -> set[str]:
     ]
     for _ in ties:
         for joint, end, name in ties:
-            other = scene.end(name, joint.said)
+            other: Any = scene.end(name, joint.said)
             if name == GROUND:
                 carries = isinstance(joint, DRIVEN)
             elif other.single:

@@ -7,7 +7,7 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import ANY, check_place
 from shellmb.scene.description import Description
-from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Faces
+from shellmb.scene.loads.contacts import Contact, EnclosedVolume
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
@@ -55,7 +55,7 @@ def check_potentials(scene: Description) -> None:
                 "pressures would add up"
             )
     for contact in scene.contacts:
-        if isinstance(contact.obstacle, Faces):
+        if contact.obstacle.deforms:
             _faces(scene, contact, contact.obstacle)
         elif contact.obstacle_body is not None:
             _carrier(scene, contact)
@@ -98,7 +98,7 @@ def _shells_of(scene: Description, volume: EnclosedVolume) -> tuple[str, ...]:
     return volume.shells or (scene.shells[0].name,)
 
 
-def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
+def _faces(scene: Description, contact: Contact, faces: Any) -> None:
     """Refuse what contact with the faces of a shell is not made for."""
     (body,), who = scene.bodies_of(contact), said(contact)
     scene.body(faces.shell, f"{who}: shell of the faces", (Shell,))

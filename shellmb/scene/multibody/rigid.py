@@ -104,6 +104,8 @@ class RigidBody(SceneBody):
     model = "rigid"
     directors = 3
     single = True
+    # of the frame of a reduced body
+    mass_damping = 0.0
 
     def __post_init__(self) -> None:
         """Check inertia, rotation and names.

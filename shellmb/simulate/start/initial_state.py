@@ -18,7 +18,7 @@ from shellmb.model.rank_consistency import alike
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.prefixes import below
 from shellmb.preprocessing.bodyfields import kinematic_dofs
-from shellmb.preprocessing.modal.tangent import stretching, tangent
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import listed, said
@@ -233,7 +233,7 @@ def instant(model: Model, dt: float) -> float:
         model: The bodies.
         dt: Step of the scene, s.
     """
-    bodies = map(stretching, model.meshed.values())
+    bodies = ((*b.stretching, b.domain.length) for b in model.meshed.values())
     waves = [length * math.sqrt(mass / stiffness) for stiffness, mass, length in bodies]
     return INSTANT * min([dt, *waves])
 
