@@ -15,13 +15,12 @@ from ufl.algorithms.ad import expand_derivatives
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
-from shellmb.model.joints.joints import JointGroup
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.signals import Signals
 from shellmb.observers.fields.modal import modal_members
 from shellmb.observers.fields.nodal import Nodes
-from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
+from shellmb.observers.fields.resultants import RESULTANTS, Resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import linear, places_of, spot_of
 from shellmb.running.natural_modes.vibration import in_motion
@@ -307,7 +306,7 @@ def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
     axis = np.eye(3)[int(probe.component)]
     every = np.zeros((3 + len(times), state.system.size))
     row = every[int(probe.quantity in ("velocity", "angular_velocity"))]
-    if body is not None and has_resultants(body, probe.quantity):
+    if body is not None and probe.quantity in given.quantities:
         for place, weight in places_of(body, probe.at, who):
             at = local_nodes(body, place, who)
             every += weight * _resultant(state, body, at, probe, times)
@@ -368,8 +367,6 @@ def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
     number = {name: k for k, name in enumerate(mechanism.joints)}
     rows = np.zeros((len(number), 2, 3, state.system.size))
     for group in mechanism.groups:
-        if not isinstance(group, JointGroup):
-            continue
         numbers = _numbers(state, group.name)
         mu = group.mixed.dofs["mu"].reshape(-1, group.count)
         # what a multiplier does is what its constraint is a function of

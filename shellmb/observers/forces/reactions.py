@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
-from shellmb.model.reduced.floating_body import OnArms
 from shellmb.observers.deferred_observer import StepValues
 from shellmb.observers.fields.nodal import NodalBody, Nodes, NodeSums, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
@@ -87,7 +86,7 @@ class HeldForces:
             return problem.system.numbering.slice(problem.number(body, stage))
 
         self.carriers = [Carrier(body, where(name)) for name, body in nodal_bodies(model).items()]
-        on_arms = (body for body in model.bodies if isinstance(body, OnArms))
+        on_arms = (body for body in model.bodies if body.arms is not None)
         self.carriers += [ArmCarrier(body, where(body.name)) for body in on_arms]
         self._planes = [
             (where(plane.name), StepValues(resistance(problem, plane.name, stage)))
@@ -175,7 +174,7 @@ class ArmCarrier(Carrier):
         where: Its local dofs among those of the system.
     """
 
-    def __init__(self, body: OnArms, where: slice) -> None:
+    def __init__(self, body: Any, where: slice) -> None:
         self.name, self._where = body.name, where
         dofs = np.reshape(body.mixed.dofs["u"], (-1, 3)).astype(np.int64)
         self._sums = NodeSums(dofs, body.arms[body.nodes.item], 0, len(dofs))

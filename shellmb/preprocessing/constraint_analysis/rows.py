@@ -12,7 +12,6 @@ from scipy.sparse.csgraph import connected_components
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.frame import PAIRS
 from shellmb.model.body import Body
-from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
@@ -67,9 +66,7 @@ def local_rows(
         at: Local arrays of their states, by name; None: the reference.
     """
     rows = []
-    for body in model.bodies:
-        if not isinstance(body, ConstraintGroup):
-            continue
+    for body in model.constraint_groups:
         numbers, local = unknowns.numbers[body.name], body.nodes.mesh.topology.index_map(1)
         gradients, dofs, sizes = body.gradients(model.length, None if at is None else at[body.name])
         gaps = body.gaps(_states(numbers, given))

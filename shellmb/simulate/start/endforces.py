@@ -23,7 +23,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.model.body import Body, Rates, added
-from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.preprocessing.bodyfields import (
     body_field,
     dofs_of,
@@ -153,11 +152,12 @@ class EndForces(_Instant):
         # multipliers of the velocities are zero: what is left is the constraints' own second rate
         turned = None if rate is None else ufl.derivative(rate, q, v)
         acting = [sample.of_loads(dq), sample.of_terms(body, dq)]
+        holds = body in self._problem.model.constraint_groups
         forms: list[Form | None] = [
             body.inertia(unknown, dq),
             velocity_constraint(body, unknown, q, dq),
             turned,
-            None if isinstance(body, ConstraintGroup) else _internal(body, q, unknown, dq),
+            None if holds else _internal(body, q, unknown, dq),
             None if body.damping is None else body.damping.at(q, v, dq),
             None if branches is None else branches.held(q, dq),
             *(None if form is None else -form for form in acting),
