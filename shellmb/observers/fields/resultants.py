@@ -15,6 +15,7 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
+from shellmb.model.sections.branches import Branches
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.by_section import held_plies
@@ -66,7 +67,7 @@ class Resultants:
         at = state
         found = [_linear(body.resultants(state), levels, natural)]
         self._start: fem.Function | None = None
-        self._branches = problem.branches.get(body.name)
+        self._branches: Sequence[Branches] = problem.branches.get(body.name, ())
         if simulation.scheme.dynamic:
             step = problem.steps[body.name]
             # looked at when the step is accepted, and its start is overwritten
@@ -82,7 +83,7 @@ class Resultants:
 
     def _springs(self, when: str) -> Sequence[tuple[Expr, Expr]]:
         """Strains and stresses of the branches, if there are any."""
-        return () if self._branches is None else self._branches.springs(when == "mean")
+        return [own.springs(when == "mean") for own in self._branches]
 
     def _whole(self, body: Any, elastic: Expr, q: Expr, when: str) -> Expr:
         """Vector that is read, with branches.
@@ -121,8 +122,8 @@ class Resultants:
         # before the first step there is the state only
         if self._simulation.last:
             return self.at_nodes(self._expressions[-1])
-        if self._branches is not None:
-            self._branches.follow()
+        for own in self._branches:
+            own.follow()
         return self.at_nodes(self._expressions[0])
 
     def at_nodes(self, values: Callable[[], Floats]) -> Floats:
@@ -188,7 +189,7 @@ class Strained(Resultants):
     """
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
-        self._simulation, self._start, self._branches = simulation, None, None
+        self._simulation, self._start, self._branches = simulation, None, ()
         q, formulation = simulation.problem.state(body.name), body.section.formulation
         if isinstance(body, BeamModel):
             e = body.strains(q)
