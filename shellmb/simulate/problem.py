@@ -112,6 +112,7 @@ class Problem:
         self.couplings = self._couplings()
         every = {name: getattr(steps, "branches", None) for name, steps in self.steps.items()}
         self.branches: dict[str, MaxwellBranches] = {k: b for k, b in every.items() if b}
+        self._relaxing = [own for branches in self.branches.values() for own in branches]
         self.system.couplings.extend(self.couplings)
         solver = model.scene.solver
         newton = f"linear {solver.newton}" if scheme.linear else solver.newton
@@ -286,7 +287,8 @@ class Problem:
     def begin(self) -> None:
         """Take the accepted state as the start of what remembers earlier ones."""
         for name, branches in self.branches.items():
-            branches.begin(self.levels[name].q)
+            for own in branches:
+                own.begin(self.levels[name].q)
 
     def arrive(self, t: float) -> None:
         """Take down that the accepted state is that of a time, for what is reported of it."""
@@ -313,8 +315,8 @@ class Problem:
                     sample.update(t, dt, self.start_factor)
                 given = (t, dt) if self.load_factor is None else (self.load_factor, 0.0)
                 self._prescribe(name, stage, *given)
-        for branches in self.branches.values():
-            branches.prepare(dt)
+        for own in self._relaxing:
+            own.prepare(dt)
         for coupling in self.couplings:
             coupling.look(dt)
         self._renew()
@@ -462,8 +464,8 @@ class Problem:
 
     def advance(self, dt: float) -> None:
         """Put the state at the end of the step in place of that at its start."""
-        for branches in self.branches.values():
-            branches.accept()
+        for own in self._relaxing:
+            own.accept()
         for name, now in self._arrays.items():
             moving = self._moving[name]
             new = self.steps[name].advance(now.q, now.rates, now.unknown, dt, self._tangents[name])

@@ -18,10 +18,9 @@ from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
 from shellmb.accuracy.request.messages import draw, offers
 from shellmb.accuracy.request.search import ModeSearch, Outcome, Running, Search
 from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
-from shellmb.errors import SceneError, Stopped
+from shellmb.errors import SceneError, Stopped, of_first
 from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json
-from shellmb.model.rank_consistency import of_first
 from shellmb.observers.summary import write_json
 from shellmb.options.run import ACCURACY, AccuracyOptions
 from shellmb.running.directory import LOCK, claimed, refuse_used, written

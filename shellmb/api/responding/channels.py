@@ -330,8 +330,8 @@ class _Changes(Resultants):
 
     def __init__(self, body: Any, q: fem.Function, change: fem.Function, cells: Ints) -> None:
         found = [expand_derivatives(ufl.derivative(body.resultants(q), q, change))]
-        own = branches_of(body)
-        relaxing = [] if own is None else list(own.stresses(q, change))
+        every = branches_of(body) or ()
+        relaxing = [pair for own in every for pair in own.stresses(q, change)]
         self.times = [time for time, _ in relaxing]
         self._prepare(body, found + [body.of_stress(stress, q) for _, stress in relaxing], cells)
 

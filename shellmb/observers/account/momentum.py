@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 import ufl
 from dolfinx import fem

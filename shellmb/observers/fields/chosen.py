@@ -7,8 +7,6 @@ from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 
 from shellmb.arrays import Floats

@@ -14,6 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
+from shellmb.model.sections.branches import Branches
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.by_section import held_plies
@@ -64,7 +65,7 @@ class Resultants:
         at = state
         found = [_linear(body.resultants(state), levels, natural)]
         self._start: fem.Function | None = None
-        self._branches = problem.branches.get(body.name)
+        self._branches: Sequence[Branches] = problem.branches.get(body.name, ())
         if simulation.scheme.dynamic:
             step = problem.steps[body.name]
             # looked at when the step is accepted, and its start is overwritten
@@ -80,7 +81,7 @@ class Resultants:
 
     def _springs(self, when: str) -> Sequence[tuple[Expr, Expr]]:
         """Strains and stresses of the branches, if there are any."""
-        return () if self._branches is None else self._branches.springs(when == "mean")
+        return [own.springs(when == "mean") for own in self._branches]
 
     def _whole(self, body: Any, elastic: Expr, q: Expr, when: str) -> Expr:
         """Vector that is read, with branches.
@@ -119,8 +120,8 @@ class Resultants:
         # before the first step there is the state only
         if self._simulation.last:
             return self.at_nodes(self._expressions[-1])
-        if self._branches is not None:
-            self._branches.follow()
+        for own in self._branches:
+            own.follow()
         return self.at_nodes(self._expressions[0])
 
     def at_nodes(self, values: Callable[[], Floats]) -> Floats:
@@ -186,7 +187,7 @@ class Strained(Resultants):
     """
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
-        self._simulation, self._start, self._branches = simulation, None, None
+        self._simulation, self._start, self._branches = simulation, None, ()
         parts = body.strained(simulation.problem.state(body.name))
         self._prepare(body, [ufl.as_vector(parts)])
 

@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 import ufl
 from ufl import Form

@@ -11,8 +11,6 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 import numpy.typing as npt
 

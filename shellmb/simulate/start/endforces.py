@@ -145,9 +145,8 @@ class EndForces(_Instant):
         following = None if body.damping is None else body.damping.following(q, v)
         if following is not None:
             self._following.append(following)
-        branches = self._problem.branches.get(name)
-        if branches is not None:
-            self._following.append(branches.follow)
+        branches = self._problem.branches.get(name, ())
+        self._following += [own.follow for own in branches]
         rate = velocity_constraint(body, v, q, dq)
         # multipliers of the velocities are zero: what is left is the constraints' own second rate
         turned = None if rate is None else ufl.derivative(rate, q, v)
@@ -159,7 +158,7 @@ class EndForces(_Instant):
             turned,
             None if holds else _internal(body, q, unknown, dq),
             None if body.damping is None else body.damping.at(q, v, dq),
-            None if branches is None else branches.held(q, dq),
+            *(own.held(q, dq) for own in branches),
             *(None if form is None else -form for form in acting),
         ]
         stresses = dofs_of(body, _stresses(body))

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError, alike, warn
 from shellmb.model.body import Body
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.model import Model
-from shellmb.model.rank_consistency import alike
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.prefixes import below
 from shellmb.preprocessing.bodyfields import kinematic_dofs
