@@ -102,7 +102,7 @@ class History(BaseObserver):
             draft = self._path.with_suffix(".tmp")
             head = ",".join(self.rows[0])
             self._lines.append(head)
-            self._file = GrowingFile(draft, f"{head}\n", "\n", "\n")
+            self._file = GrowingFile(draft, head)
             self.write()
             draft.replace(self._path)
 

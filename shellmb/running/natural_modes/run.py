@@ -182,7 +182,6 @@ def write_shapes(
             for k, found in enumerate(fields):
                 files.write(k, {n: v for n, v in found[body].items() if v is not None})
             files.list([float(k) for k in range(1, len(fields) + 1)])
-            files.close()
 
 
 @dataclass(frozen=True)
