@@ -1,7 +1,5 @@
 """The history of a run: one row per accepted step, written as it goes."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import time as clock

@@ -9,8 +9,6 @@ from functools import partial
 from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s

@@ -1,13 +1,9 @@
 """Fields of shells and beams that a scene asks for beside its state, at the nodes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
-
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 

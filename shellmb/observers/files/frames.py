@@ -1,7 +1,5 @@
 """Snapshots of everything that moves at equally spaced times, for ParaView and for pictures."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from pathlib import Path

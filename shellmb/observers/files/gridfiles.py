@@ -3,8 +3,6 @@
 Files are `NAME_0000.vtu` and so on, `NAME.vtu.series`, and `all.pvd`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Modes of vibration and of linear buckling of a scene, with their files and pictures."""
 
-from __future__ import annotations
-
 import time as clock
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
