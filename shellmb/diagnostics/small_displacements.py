@@ -1,7 +1,5 @@
 """Displacements that are taken as small are not: of all bodies, or of some about their frames."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.arrays import Floats

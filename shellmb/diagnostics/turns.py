@@ -12,8 +12,6 @@ loses that does not stretch at all, the part `y^2/(y^2 + 40)`: 0.9 with y = 20, 
 0.01 with y = 0.6.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch, remedies, said_of

@@ -1,7 +1,5 @@
 """A scene beside the run with what observes it and is written of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

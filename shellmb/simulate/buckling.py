@@ -5,8 +5,6 @@ resultants and constraint forces of the linear static solution, with the load st
 that follow. Displacements before buckling do not count, as in the classical theory.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """One step of a scene as a block system: model and scheme turned into fields of unknowns."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Levels are in folders of their own, the last one is the run itself.
 """
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import asdict, fields, replace
 from math import isfinite

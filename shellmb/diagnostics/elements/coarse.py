@@ -7,8 +7,6 @@ thickness. Signs of this cost little, but do not say by how much a body is off: 
 between elements, sides of triangles bulge, edges twist. Better elements tell.
 """
 
-from __future__ import annotations
-
 from mpi4py import MPI
 
 import numpy as np

@@ -6,8 +6,6 @@ an estimate within a factor of two of what locks, misses layers, or bends in twi
 it is deformed, which are smooth; very many unknowns with elements that are wider.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Obstacles that come between the nodes or points of a body, which alone touch them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Contacts: steps that pass through obstacles or are too long for impacts, and faces of shells."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ points on: the impulse is off by up to a quarter of a step, and the run is of fi
 points in each half of the step show by how much.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

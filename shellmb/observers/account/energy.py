@@ -5,8 +5,6 @@ whatever the step, the mesh and the scene; how well it closes is the first thing
 run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -7,8 +7,6 @@ and of a deforming body its mean. A part of the body may turn by more: the direc
 tell.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

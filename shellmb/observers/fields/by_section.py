@@ -1,7 +1,5 @@
 """Strains, energy and stresses at a point, from resultants and the section alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

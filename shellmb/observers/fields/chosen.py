@@ -1,7 +1,5 @@
 """Fields of shells and beams that a scene asks for beside its state, at the nodes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter

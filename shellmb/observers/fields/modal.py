@@ -4,8 +4,6 @@ Strains of a body in modes are linear in the amplitudes, and resultants follow b
 what the full body has in each mode is looked at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Forces and moments in beams and shells at their nodes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -8,8 +8,6 @@ that the integral of the stresses is Q, and both faces are free of them (Rolfes 
 Numer. Meth. Engng 40 (1997) 51-60, take this shape for all of Q).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

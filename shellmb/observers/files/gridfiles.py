@@ -3,8 +3,6 @@
 Files are `NAME_0000.vtu` and so on, `NAME.vtu.series`, and `all.pvd`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,18 +20,15 @@ from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum, seal_grid
 from shellmb.files.reading import read_bytes
 from shellmb.files.vtu import Packed, grid_file
-from shellmb.files.writing import write_bytes
+from shellmb.files.writing import write_bytes, write_text
 from shellmb.model.locations.nodes import Meshed
-from shellmb.observers.files.growingfile import GrowingFile
 
-# what stands around the files of all grids in their list
+# lists of the states of a grid, and of the files of all grids
+SERIES = '{{"file-series-version": "1.0", "files": [\n{}\n]}}\n'
 COLLECTION = (
     '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
-    "<Collection>\n"
+    "<Collection>\n{}\n</Collection>\n</VTKFile>\n"
 )
-COLLECTION_END = "\n</Collection>\n</VTKFile>\n"
-# what stands around the states in their list
-HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"
 
 
 @dataclass(frozen=True)
@@ -140,9 +135,6 @@ class GridFiles:
         self._cell_data = [Packed(name, values) for name, values in cell_data.items()]
         self._reference = Packed("reference", grid.nodes)
         self._labels = [Packed("name", grid.labels)] if grid.labels else []
-        # added to: writing it anew takes longer than writing a state
-        self._series = GrowingFile(folder / f"{self._stem}.vtu.series", HEAD, ",\n", END)
-        self.close = self._series.close
         self._sums: dict[int, str] = {}
 
     def file(self, number: int) -> Path:
@@ -175,13 +167,14 @@ class GridFiles:
         Args:
             times: Times of all states so far, s; of lost ones, too.
         """
-        known = [k for k in range(len(times)) if k in self._sums]
-        new = known[self._series.count :]
-        if new:
-            self._series.add([self._entry(k, times[k]) for k in new])
-
-    def _entry(self, number: int, t: float) -> str:
-        return json.dumps({"name": self.file(number).name, "time": t})
+        entries = [
+            json.dumps({"name": self.file(k).name, "time": t})
+            for k, t in enumerate(times)
+            if k in self._sums
+        ]
+        if entries:
+            series = self._folder / f"{self._stem}.vtu.series"
+            write_text(series, SERIES.format(",\n".join(entries)))
 
     def checksums(self, count: int) -> dict[str, str]:
         """Checksums of the first states, by the names of their files.
@@ -225,37 +218,24 @@ def _cells(grid: Grid) -> list[Packed]:
     ]
 
 
-class Collection:
-    """The list of the files, complete at all times; VTK has a reader for it and no writer.
+def list_all(folder: Path, files: Mapping[str, GridFiles], times: Sequence[float]) -> None:
+    """List the states of all parts: those that all have in `all.pvd`, too, for ParaView.
+
+    VTK has a reader for that file and no writer.
 
     Args:
-        path: The file.
+        folder: Where the files are.
         files: Files of each part by its name.
+        times: Times of all states so far, s.
     """
-
-    def __init__(self, path: Path, files: Mapping[str, GridFiles]) -> None:
-        self._files = files
-        self._list = GrowingFile(path, COLLECTION, "\n", COLLECTION_END)
-        self.close = self._list.close
-        self._listed: set[int] = set()
-
-    def list(self, times: Sequence[float]) -> None:
-        """Add the states that are not in it and that all parts have.
-
-        Args:
-            times: Times of all states so far.
-        """
-        new = [
-            k
-            for k in range(len(times))
-            if k not in self._listed and all(f.has(k) for f in self._files.values())
-        ]
-        items = [
-            f'<DataSet timestep="{times[k]!r}" part="{part}" name={quoteattr(name)} '
-            f"file={quoteattr(files.file(k).name)}/>"
-            for k in new
-            for part, (name, files) in enumerate(self._files.items())
-        ]
-        if items:
-            self._list.add(items)
-            self._listed |= set(new)
+    for part in files.values():
+        part.list(times)
+    items = [
+        f'<DataSet timestep="{t!r}" part="{number}" name={quoteattr(name)} '
+        f"file={quoteattr(part.file(k).name)}/>"
+        for k, t in enumerate(times)
+        if all(part.has(k) for part in files.values())
+        for number, (name, part) in enumerate(files.items())
+    ]
+    if items:
+        write_text(folder / "all.pvd", COLLECTION.format("\n".join(items)))

@@ -1,7 +1,5 @@
 """Forces of potentials and contacts on bodies, and penetrations of points into obstacles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -11,8 +11,6 @@ Over a step that is quadratic in time the rows P0 and P1 of eq. (Q2) have the me
 path is `<r x f> = <r> x f_0 + 3 <P1 r> x f_1 = <r> x f_0 + D/2 x f_1`, as it is of inertia.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

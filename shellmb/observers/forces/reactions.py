@@ -1,7 +1,5 @@
 """Forces of supports, drivers and joints to ground: at nodes, and their sums."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 

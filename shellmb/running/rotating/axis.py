@@ -1,7 +1,5 @@
 """About which axis a scene turns, and whether everything in it can turn about it steadily."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

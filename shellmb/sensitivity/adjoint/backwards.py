@@ -1,7 +1,5 @@
 """There and back: a run, and the sweep backwards through its steps."""
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

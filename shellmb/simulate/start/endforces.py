@@ -12,8 +12,6 @@ Resultants are taken anew from the strains at the end, so nothing is needed of h
 stresses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

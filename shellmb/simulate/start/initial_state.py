@@ -1,7 +1,5 @@
 """States that a run starts from: of another run, a natural mode, or a shape that a user gives."""
 
-from __future__ import annotations
-
 import functools
 import math
 from pathlib import Path
