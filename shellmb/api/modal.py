@@ -30,7 +30,12 @@ type Out = Path | str | None
 def modes(scene: Run, out: Out = None, count: int | None = None, **options: Any) -> StateModes: ...
 @overload
 def modes(
-    scene: Scene | str, out: Out = None, count: int | None = None, *, state: Run | Path | str, **options: Any
+    scene: Scene | str,
+    out: Out = None,
+    count: int | None = None,
+    *,
+    state: Run | Path | str,
+    **options: Any,
 ) -> StateModes: ...
 @overload
 def modes(
@@ -48,7 +53,11 @@ def modes(
 ) -> RotatingModes: ...
 @overload
 def modes(
-    scene: Scene | str, out: Out = None, count: int | None = None, loaded: bool = False, **options: Any
+    scene: Scene | str,
+    out: Out = None,
+    count: int | None = None,
+    loaded: bool = False,
+    **options: Any,
 ) -> ModeShapes: ...
 @takes(
     *options_of(ModesOptions),

@@ -287,7 +287,9 @@ def test_a_law_that_fails_is_the_users(tmp_path: Path) -> None:
 
     for law, said in ((fails, r"fails \(KeyError: 'gain'\)"), (nothing, "returns None; it must")):
         scene = replace(pendulum(), force_elements=sm.Motor("motor", "pin", law))
-        with pytest.raises(SceneError, match=rf"test_linearise.py, line \d+: .* {law.__name__} {said}"):
+        with pytest.raises(
+            SceneError, match=rf"test_linearise.py, line \d+: .* {law.__name__} {said}"
+        ):
             sm.linearise(scene)
 
 
