@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial, update_wrapper
 from typing import Any
 
 import numpy as np
@@ -56,7 +58,9 @@ class Perturbation:
     @property
     def driving(self) -> dict[str, Any]:
         """Arguments of a motor."""
-        return {"law": self.law}
+        law = partial(self.law)
+        # errors name what the scene has
+        return {"law": law if self._given is None else update_wrapper(law, self._given)}
 
     def still(self, t: float) -> float:
         """Small part of a motion that stands still in its frame."""
@@ -66,7 +70,11 @@ class Perturbation:
         """Law of a motor."""
         added = fem.Constant(time.ufl_domain(), 0.0)
         self._constants.append(added)
-        return added if self._given is None else self._given(coordinate, rate, time) + added
+        value = 0.0 if self._given is None else self._given(coordinate, rate, time)
+        with suppress(TypeError, ValueError):
+            return value + added
+        # which is none
+        return value
 
     def add(self, number: float) -> None:
         """Add a number."""
