@@ -30,7 +30,8 @@ class ContactForces(KeptColumns):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem = simulation.problem
-        self._groups = [(g, resistance(problem, g.name)) for g in simulation.model.potentials]
+        groups = simulation.model.potentials
+        self._groups = [(g, resistance(problem, [(g.name, problem.last)])) for g in groups]
         for group, _ in self._groups:
             names = (*AXES, *(CONTACT if group in simulation.model.contacts else ()))
             names += () if group.seen is None else MOMENTS
