@@ -209,26 +209,31 @@ def frequency_sensitivities(
 # by what modes are about
 @overload
 def modes(
-    scene: Run, out: Path | str | None = None, count: int = 6, **options: Any
+    scene: Run, out: Path | str | None = None, count: int | None = None, **options: Any
 ) -> StateModes: ...
 @overload
 def modes(
     scene: Scene | str,
     out: Path | str | None = None,
-    count: int = 6,
+    count: int | None = None,
     *,
     state: Run | Path | str,
     **options: Any,
 ) -> StateModes: ...
 @overload
 def modes(
-    scene: Scene | str, out: Path | str | None = None, count: int = 6, *, at: float, **options: Any
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int | None = None,
+    *,
+    at: float,
+    **options: Any,
 ) -> StateModes: ...
 @overload
 def modes(
     scene: Scene | str,
     out: Path | str | None = None,
-    count: int = 6,
+    count: int | None = None,
     loaded: bool = False,
     *,
     rates: Sequence[float],
@@ -238,7 +243,7 @@ def modes(
 def modes(
     scene: Scene | str,
     out: Path | str | None = None,
-    count: int = 6,
+    count: int | None = None,
     loaded: bool = False,
     **options: Any,
 ) -> ModeShapes: ...

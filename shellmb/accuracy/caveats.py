@@ -1,7 +1,5 @@
 """Remarks on why estimated errors are unreliable, or what they omit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import isinf

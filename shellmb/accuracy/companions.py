@@ -1,7 +1,5 @@
 """Comparison runs of a scene: other steps, other elements, other tolerances, exact bodies."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

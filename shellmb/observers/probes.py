@@ -9,8 +9,6 @@ from functools import partial
 from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s
@@ -25,7 +23,7 @@ from shellmb.observers.deferred_observer import (
 )
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
 from shellmb.observers.fields.nodal import Nodes, rotation_vectors, state
-from shellmb.observers.fields.resultants import Resultants, has_resultants
+from shellmb.observers.fields.resultants import Resultants
 from shellmb.restart import Restartable
 from shellmb.scene import Probe
 from shellmb.simulate.simulation import Simulation
@@ -310,7 +308,7 @@ class Probes(DeferredObserver):
         model, who = simulation.model, f"probe '{probe.name}'"
         (given,) = simulation.scene.bodies_of(probe)
         body = readable(model).get(given.name)
-        if body is not None and has_resultants(body, probe.quantity):
+        if body is not None and probe.quantity in given.quantities:
             if body.name not in self._resultants:
                 self._resultants[body.name] = resultants_of(simulation, body)
             resultants, places = self._resultants[body.name], places_of(body, probe.at, who)

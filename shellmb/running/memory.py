@@ -1,7 +1,5 @@
 """Check that a run can fit the memory, from its scene before anything of it is made."""
 
-from __future__ import annotations
-
 import os
 
 from mpi4py import MPI

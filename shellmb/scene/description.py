@@ -16,7 +16,14 @@ from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import ANY, kinds_of, with_places
 from shellmb.scene.multibody.couplings import Coupled, Relation
-from shellmb.scene.multibody.elements import Coordinate, Driver, Element, JointElement, Lock
+from shellmb.scene.multibody.elements import (
+    Coordinate,
+    Driver,
+    Element,
+    JointElement,
+    Lock,
+    PointElement,
+)
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
@@ -143,6 +150,16 @@ class Description:
         return [coupled for coupling in self.couplings for coupled in coupling.terms]
 
     @property
+    def point_elements(self) -> tuple[PointElement, ...]:
+        """The force elements between points."""
+        return tuple(e for e in self.force_elements if isinstance(e, PointElement))
+
+    @property
+    def joint_elements(self) -> tuple[JointElement, ...]:
+        """The force elements on coordinates of joints."""
+        return tuple(e for e in self.force_elements if isinstance(e, JointElement))
+
+    @property
     def acting_locks(self) -> tuple[Lock, ...]:
         """The locks that an event switches, or of which a window begins before the scene's end."""
         end = self.t_end
@@ -266,7 +283,7 @@ class Description:
             chosen = (item.coordinate,)
         else:
             chosen = joint.freedoms  # type: ignore[assignment]
-            if isinstance(item, JointElement) and len(chosen) > 1:
+            if hasattr(item, "name") and len(chosen) > 1:
                 raise SceneError(
                     f"{who}: coordinate is missing; {joint.said} has both 'rotation' and "
                     "'translation'"

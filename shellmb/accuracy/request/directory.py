@@ -3,8 +3,6 @@
 Levels are in folders of their own, the last one is the run itself.
 """
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import asdict, fields, replace
 from math import isfinite
@@ -18,10 +16,9 @@ from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
 from shellmb.accuracy.request.messages import draw, offers
 from shellmb.accuracy.request.search import ModeSearch, Outcome, Running, Search
 from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
-from shellmb.errors import SceneError, Stopped
+from shellmb.errors import SceneError, Stopped, of_first
 from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json
-from shellmb.model.rank_consistency import of_first
 from shellmb.observers.summary import write_json
 from shellmb.options.run import ACCURACY, AccuracyOptions
 from shellmb.running.directory import LOCK, claimed, refuse_used, written

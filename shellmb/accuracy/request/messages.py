@@ -1,7 +1,5 @@
 """Levels and costs of accuracy in words and in a picture."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10

@@ -5,12 +5,8 @@ is what is left when that impulse is taken away. It is round-off where a scheme 
 momentum, and the error of the scheme where it does not.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
-
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl

@@ -1,7 +1,5 @@
 """Reserve factors against failure: of plies, the least in each step, and of all steps."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Description of a scene for pictures and readers of a run, stored as `scene.json`."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -5,13 +5,9 @@ Rotations and translations of joints that something acts on are unknowns
 and a form.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import numpy.typing as npt

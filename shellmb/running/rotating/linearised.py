@@ -7,13 +7,10 @@ directors are vectors, and the velocity of a state at rest in the frame is `W y`
 `M (y'' + 2 W y' + W^2 y)` are the inertia forces along the axes of the frame.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 
 from mpi4py import MPI
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 from petsc4py import PETSc
 
 import numpy as np
@@ -190,9 +187,9 @@ class Linearised:
         """
         forms: dict[float, Blocks] = {}
         for k, body in enumerate(self.model.bodies):
-            own = branches_of(body)
             q = self.relaxation.functions[body.name]
-            for time, form in () if own is None else own.stiffness(q):
+            pairs = (pair for own in branches_of(body) or () for pair in own.stiffness(q))
+            for time, form in pairs:
                 forms.setdefault(time, {}).setdefault((k, k), []).append(form)
         matrix = self.system.symmetric_matrix
         return {time: matrix(of, 0.0, columns) for time, of in forms.items()}

@@ -59,6 +59,9 @@ class Beam(Deforming):
     natural: InstanceOf[BeamNaturalStrain] | None = None
 
     home = "beams"
+    # no file has its mesh, and its elements have one form
+    refined_times = None
+    cell = None
     directors = 3
     quantities = ("force", "moment")
     mass_word = "mass per length"
@@ -68,10 +71,7 @@ class Beam(Deforming):
         """Names of its ends."""
         return self.curve.point_names
 
-    @property
-    def edge_names(self) -> tuple[str, ...]:
-        """Names of its ends."""
-        return self.curve.point_names
+    edge_names = point_names
 
     @property
     def field_kinds(self) -> set[str]:
@@ -91,6 +91,10 @@ class Beam(Deforming):
     def with_sides(self, sides: Iterable[int]) -> Self:
         """The beam with another number of elements."""
         return replace(self, elements=sum(sides))
+
+    def divided(self, times: int) -> Self:
+        """The beam with so many elements in place of one."""
+        return replace(self, elements=times * self.elements)
 
     def some_positions(self, s: Floats) -> Floats | None:
         """Positions along it."""

@@ -131,12 +131,8 @@ def coordinate_rules(scene: Description, item: Any) -> Sentences:
 
     Args:
         scene: The scene.
-        item: A driver, lock, force element, or coordinate of a coupling.
+        item: A driver, a lock, an element of a joint, or a coordinate of a coupling.
     """
-    if not hasattr(item, "joint"):
-        for body, at in ((item.first, item.at), (item.second, item.second_at)):
-            _end(scene, body, at, said(item))
-        return
     scene.coordinates_of(item)
     joint = scene.joint(item.joint)
     if isinstance(item, Lock) or not isinstance(joint, EdgeHinge) or joint.rigid_angle:
@@ -147,6 +143,20 @@ def coordinate_rules(scene: Description, item: Any) -> Sentences:
             "motion; the hinge must have rigid_angle=True, or the element a stiffness or damping, "
             "which are distributed along the edge"
         )
+
+
+def check_ends(scene: Description, element: PointElement) -> None:
+    """Check both ends of an element between points.
+
+    Args:
+        scene: The scene.
+        element: The element.
+
+    Raises:
+        SceneError: If one is nowhere.
+    """
+    for body, at in ((element.first, element.at), (element.second, element.second_at)):
+        _end(scene, body, at, said(element))
 
 
 def check_prescribed(scene: Description, _: Any) -> None:
@@ -314,7 +324,7 @@ def check_supported(scene: Description, _: Any) -> None:
 def _supported(scene: Description) -> set[str]:
     """Find which bodies are connected to the ground: by supports, joints, and other bodies."""
     pairs = [*scene.tied, *((joint.first, joint.second) for joint in scene.joints)]
-    pairs += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
+    pairs += [(e.first, e.second) for e in scene.point_elements]
     pairs += [(body.name, GROUND) for s in scene.supports for body in scene.bodies_of(s)]
     pairs += [(body.name, body.of) for body in scene.bodies if body.of]
     # an elastic foundation, say; whether terms hold all motions is found out later
@@ -350,7 +360,7 @@ def _carried(scene: Description) -> set[str]:
     ]
     for _ in ties:
         for joint, end, name in ties:
-            other = scene.end(name, joint.said)
+            other: Any = scene.end(name, joint.said)
             if name == GROUND:
                 carries = isinstance(joint, DRIVEN)
             elif other.single:
@@ -369,10 +379,11 @@ RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = 
     ("locks", coordinate_rules),
     ("scene", check_prescribed),
     ("locks", lock_rules),
-    ("force_elements", coordinate_rules),
+    ("joint_elements", coordinate_rules),
     ("coupled", coordinate_rules),
     ("joints", relation_rules),
     ("couplings", relation_rules),
+    ("point_elements", check_ends),
     ("glues", glue_rules),
     ("beams", beam_rules),
     ("probes", probe_rules),

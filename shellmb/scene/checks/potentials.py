@@ -7,7 +7,7 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import ANY, check_place
 from shellmb.scene.description import Description
-from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Faces
+from shellmb.scene.loads.contacts import Contact, EnclosedVolume
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
@@ -66,12 +66,12 @@ def _shells_of(scene: Description, volume: EnclosedVolume) -> tuple[str, ...]:
 
 def contact_rules(scene: Description, contact: Contact) -> Sentences:
     """Refuse what contact with faces of a shell, or with an obstacle on a body, cannot have."""
-    if isinstance(contact.obstacle, Faces):
+    if contact.obstacle.deforms:
         return _faces(scene, contact, contact.obstacle)
     return _carrier(scene, contact)
 
 
-def _faces(scene: Description, contact: Contact, faces: Faces) -> Sentences:
+def _faces(scene: Description, contact: Contact, faces: Any) -> Sentences:
     (body,), who = scene.bodies_of(contact), said(contact)
     scene.body(faces.shell, f"{who}: shell of the faces", (Shell,))
     with_faces = "with the faces of a shell"

@@ -41,6 +41,8 @@ class Potential:
     parameters: Mapping[Name, Finite] = field(default_factory=dict)
     load: bool = False
 
+    in_space = True
+
 
 @described("gas")
 class Gas:
@@ -111,9 +113,15 @@ class EnclosedVolume:
 
 
 class Obstacle:
-    """A rigid obstacle in the reference configuration."""
+    """A rigid obstacle in the reference configuration.
+
+    Attributes:
+        label: What messages call it.
+        deforms: Whether it moves with a body that deforms.
+    """
 
     label: ClassVar[str]
+    deforms: ClassVar[bool] = False
 
 
 @described("plane")
@@ -208,6 +216,8 @@ class Faces(Obstacle):
     shell: Name
     thickness: Positive
 
+    deforms = True
+
 
 @described("contact")
 class Contact:
@@ -251,6 +261,11 @@ class Contact:
     slip_speed: Positive | None = None
     preloaded: bool = False
     obstacle_body: Name | None = None
+
+    @property
+    def in_space(self) -> bool:
+        """Decide whether the obstacle is fixed in space."""
+        return self.obstacle_body is None and not self.obstacle.deforms
 
     def _wrong(self) -> Sentences:
         """Check that friction is complete, and that a body fits into a ball or tube."""

@@ -40,6 +40,10 @@ class UserBody(SceneBody):
         """Names of its regions."""
         return tuple(self.regions)
 
+    def again(self, comm: Any, kind: Any) -> Any:
+        """The body of a kind of the model, on a communicator."""
+        raise NotImplementedError
+
     def in_values(self) -> dict[str, Any]:
         """Description in values, to be stored and compared."""
         raise NotImplementedError

@@ -103,6 +103,8 @@ class RigidBody(SceneBody):
     model = "rigid"
     directors = 3
     single = True
+    # of the frame of a reduced body
+    mass_damping = 0.0
 
     def _wrong(self) -> Sentences:
         """Check inertia, rotation and names."""

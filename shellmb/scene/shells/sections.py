@@ -46,13 +46,12 @@ class Section(Damped):
         thickness: Total thickness [m].
         mass: ``(m, s_star, I_star)`` of eq. 16: mass [kg/m^2], its first [kg/m] and its second
             moment [kg] about the reference surface, all per unit area of it.
-        linear: Whether its resultants are linear in the strains, and stresses follow from them.
         field_kinds: Kinds of `FieldKind.bodies` of shells with it.
     """
 
     # membrane, bending and shear
     strains = 3
-    linear: ClassVar[bool] = False
+    linear = False
     field_kinds: ClassVar[tuple[str, ...]] = ()
 
     if TYPE_CHECKING:
@@ -86,7 +85,7 @@ class LinearSection(Section):
     shear_correction: float | Literal["energy"]
     offset: Any
     label: ClassVar[str]
-    linear = True
+    linear = layered = True
     field_kinds: ClassVar[tuple[str, ...]] = ("linear",)
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:

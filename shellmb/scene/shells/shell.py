@@ -89,6 +89,8 @@ class Shell(Deforming):
     natural: InstanceOf[NaturalStrain] | None = None
 
     home = "shells"
+    # it has a mesh of its own
+    along = None
     directors = 1
     quantities = ("membrane", "bending", "shear")
     mass_word = "mass per area"
@@ -146,7 +148,7 @@ class Shell(Deforming):
         """The shell with more elements: those of a file are divided, others are made anew."""
         surface: Any = self.surface
         if surface.refined is None:
-            return super().divided(times)
+            return self.with_sides(times * n for n in self.mesh)
         return replace(self, surface=replace(surface, refine=times * surface.refined))
 
     def some_positions(self, s: Floats) -> Floats | None:

@@ -18,9 +18,9 @@ class SceneBody:
         of: Name of the body whose modes it moves with; none: it moves by itself.
         terms: Terms added to its weak form.
         natural: Strains that it has without stress.
-        cell: Form of its elements, where there is a choice.
         quantities: What probes record of its kind only.
-        mass_word: What messages call `mass_given`.
+        mass_word: What messages call its `mass_given` [kg], of shells per area [kg/m^2], of beams
+            per length [kg/m].
         mass_remedy: How it gets a mass, for messages.
     """
 
@@ -33,7 +33,6 @@ class SceneBody:
     of: str = ""
     terms: Any = ()
     natural: Any = None
-    cell: Any = None
     quantities: ClassVar[tuple[str, ...]] = ()
     mass_word: ClassVar[str] = "mass"
     mass_remedy: ClassVar[str] = ""
@@ -67,21 +66,6 @@ class SceneBody:
     def framed(self) -> bool:
         """Decide whether its places have frames, which moments turn."""
         return self.directors == 3 or not self.nodal
-
-    @property
-    def along(self) -> str | None:
-        """Name of the shell in whose mesh it lies; None: it has a mesh of its own, or none."""
-        return None
-
-    @property
-    def mass_given(self) -> float:
-        """Mass [kg], of shells per area [kg/m^2], of beams per length [kg/m]."""
-        raise NotImplementedError
-
-    @property
-    def point_names(self) -> tuple[str, ...] | None:
-        """Names of its points; None where only its mesh knows them."""
-        return ()
 
     @property
     def edge_names(self) -> tuple[str, ...] | None:

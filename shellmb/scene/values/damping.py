@@ -188,12 +188,16 @@ class Damped:
         mass_damping: Mass-proportional damping [1/s].
         relaxation: Prony series of its stiffness; None: elastic.
         strains: How many damping times there are.
+        linear: Whether its resultants are linear in the strains.
+        layered: Whether it has layers, whose stresses follow from its resultants.
     """
 
     stiffness_damping: Any = 0.0
     mass_damping: Any = 0.0
     relaxation: Prony | None = None
     strains: ClassVar[int]
+    linear: ClassVar[bool] = True
+    layered: ClassVar[bool] = False
 
     @property
     def mass(self) -> tuple[Any, Any, Any]:

@@ -1,7 +1,7 @@
 """Models of a body, and strains that it has without stress: of heat, swelling, prestress."""
 
-from collections.abc import Callable, Iterable
-from typing import Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
@@ -81,24 +81,6 @@ class Deforming(SceneBody):
     def mass_given(self) -> float:
         """Mass per area or length, of a section that varies one that is zero where it is."""
         return float(self.section.generic.mass[0])
-
-    @property
-    def sides(self) -> tuple[int, ...]:
-        """Numbers of elements along its sides."""
-        raise NotImplementedError
-
-    def with_sides(self, sides: Iterable[int]) -> Self:
-        """The body with other numbers of elements along its sides."""
-        raise NotImplementedError
-
-    @property
-    def refined_times(self) -> int | None:
-        """Elements along a side of each one of the mesh's file; None of meshes made anew."""
-        return None
-
-    def divided(self, times: int) -> Self:
-        """The body with so many elements in place of one along each side."""
-        return self.with_sides(times * n for n in self.sides)
 
     @property
     def holds_strains(self) -> bool:

@@ -1,7 +1,5 @@
 """The number that is differentiated: a function of histories of probes and reserves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

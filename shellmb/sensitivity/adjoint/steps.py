@@ -1,7 +1,5 @@
 """Steps of a run as they are needed backwards: kept, or solved again from states that are kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -52,7 +50,7 @@ def relaxing(problem: Problem) -> dict[tuple[str, str], Any]:
     return {
         (body, f"{branches.name} {k}"): group
         for body, branches in problem.branches.items()
-        for k, group in enumerate(branches.groups)
+        for k, group in enumerate(branches)
     }
 
 

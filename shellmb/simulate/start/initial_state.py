@@ -1,7 +1,5 @@
 """States that a run starts from: of another run, a natural mode, or a shape that a user gives."""
 
-from __future__ import annotations
-
 import functools
 import math
 from pathlib import Path
@@ -10,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError, alike, warn
 from shellmb.model.body import Body
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.model import Model
-from shellmb.model.rank_consistency import alike
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.prefixes import below
 from shellmb.preprocessing.bodyfields import kinematic_dofs
-from shellmb.preprocessing.modal.tangent import stretching, tangent
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import listed, said
@@ -233,7 +230,7 @@ def instant(model: Model, dt: float) -> float:
         model: The bodies.
         dt: Step of the scene, s.
     """
-    bodies = map(stretching, model.meshed.values())
+    bodies = ((*b.stretching, b.domain.length) for b in model.meshed.values())
     waves = [length * math.sqrt(mass / stiffness) for stiffness, mass, length in bodies]
     return INSTANT * min([dt, *waves])
 

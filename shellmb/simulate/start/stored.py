@@ -1,7 +1,5 @@
 """Parts of another run to start from: its last state, memories of its controllers, its frames."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections import deque
@@ -16,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError, alike, warn
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, read_bytes, read_json, read_series, unpacked
-from shellmb.model.rank_consistency import alike
 from shellmb.model.signals import Signals, Way
 from shellmb.prefixes import below
 from shellmb.scene import Scene
