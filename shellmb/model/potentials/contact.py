@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -23,14 +23,13 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.meshes.nodes import node_mesh
 from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
 from shellmb.model.locations.ends import End, EndGroup, change_of
-from shellmb.model.locations.nodes import Finder, said_point
+from shellmb.model.locations.nodes import said_point
 from shellmb.model.massless import NodeGroup, Places, gathered
 from shellmb.model.potentials.obstacles import shape_of
-from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.user_forms import written
 from shellmb.native.expressions import values_at_states
-from shellmb.scene import Scene
 from shellmb.scene.loads.contacts import Contact, Faces, Potential
 from shellmb.scene.lookup import said
 
@@ -393,42 +392,28 @@ def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
 
 
 def potential_groups(
-    scene: Scene,
-    comm: MPI.Comm,
-    find: Finder,
-    meshed: Mapping[str, MeshedBody],
-    rigid_meshes: Mapping[str, MeshedBody],
-    reduced: Mapping[str, Points],
-    length: float,
+    points_of: ActingPoints, comm: MPI.Comm, length: float
 ) -> list[PotentialGroup]:
     """All potentials and contacts of a scene; collective.
 
     Args:
-        scene: The scene as it was given, with its rigid shells and beams.
+        points_of: Finds where they act.
         comm: Communicator.
-        find: Places on bodies.
-        meshed: Shells and beams.
-        rigid_meshes: Meshes of those that are rigid.
-        reduced: Points on bodies in modes, by the names of what acts there.
         length: Size of the scene, m.
 
     Raises:
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
-    groups: list[PotentialGroup] = []
+    groups, scene = list[PotentialGroup](), points_of.scene
     contacts = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
     items: tuple[Any, ...] = (*scene.potentials, *contacts)
     for item in items:
-        (body,) = scene.bodies_of(item)
-        points = reduced.get(item.name)
-        if points is None:
-            points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
         if isinstance(item, Potential):
-            groups.append(UserPotential(item, comm, points, length))
+            groups.append(UserPotential(item, comm, points_of(item), length))
         else:
             name = item.obstacle_body
-            carrier = None if name is None else find(name, None, said(item))
-            contact = ContactGroup(item, comm, points, length, carrier)
+            carrier = None if name is None else points_of.find(name, None, said(item))
+            contact = ContactGroup(item, comm, points_of(item), length, carrier)
             contact.check_start()
             groups.append(contact)
     return groups
