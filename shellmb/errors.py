@@ -85,10 +85,12 @@ class TooFewModesError(ConvergenceError):
     Args:
         count: Number of modes that were requested.
         there: Number of modes that there are.
+        said: What happened and what to try; None: the number is said.
     """
 
-    def __init__(self, count: int, there: int) -> None:
-        super().__init__(f"modes: count is {count}; there are {there} modes, request no more")
+    def __init__(self, count: int, there: int, said: str | None = None) -> None:
+        known = f"modes: count is {count}; there are {there or 'no'} modes"
+        super().__init__(said or known + (", request no more" if there else ""))
         self.there = there
 
 

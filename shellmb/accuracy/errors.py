@@ -6,8 +6,6 @@ error of the step is the same. The error of a quantity is the sum of all parts. 
 error of the step; rigid bodies alone have none of the mesh.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -36,8 +36,6 @@ under a point force, or in a re-entrant corner, grows with each finer mesh, and 
 `python -m tests.bench errors` measures what these factors cover.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, log

@@ -1,7 +1,5 @@
 """Comparison runs of a scene, each run once."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from pathlib import Path

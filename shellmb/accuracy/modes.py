@@ -1,7 +1,5 @@
 """Errors of natural frequencies, from a model with better elements."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import isfinite
 

@@ -1,7 +1,5 @@
 """Energy and momentum: balances that do not close, and a scheme that dissipates much."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 from shellmb.diagnostics.base import Cautions, RunWarning, Watch, remedies, said_of

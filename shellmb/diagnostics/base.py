@@ -1,7 +1,5 @@
 """Watches: observers with a bound, and a sentence if it is exceeded."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Damping with several times deforms a body in shapes that its modes do not have."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.diagnostics.base import STIFFENED, Cautions, Watch, said_of

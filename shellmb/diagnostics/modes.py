@@ -1,7 +1,5 @@
 """Sentences on modes: of bodies that are too stiff or too soft, by model, state, and modes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """All watches. Every run has each of them."""
 
-from __future__ import annotations
-
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import Watch
 from shellmb.diagnostics.damped_modes import DampedModes

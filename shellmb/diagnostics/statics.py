@@ -5,8 +5,6 @@ twice its critical load stays straight. Unstable directions are counted (`simula
 the end of each static run, and of small systems in between, at no more than `LOOKS` states.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

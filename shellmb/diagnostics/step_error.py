@@ -1,7 +1,5 @@
 """Warnings about step control by error."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch

@@ -1,7 +1,5 @@
 """Modes about a loaded state tell of bodies with small strains, which forces do not stiffen."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

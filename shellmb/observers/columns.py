@@ -3,8 +3,6 @@
 What the summary has of paths, events and step control stands here, too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Curves drawn with matplotlib: their style, figures that need no display, and their files."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

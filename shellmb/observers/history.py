@@ -1,7 +1,5 @@
 """The history of a run: one row per accepted step, written as it goes."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import time as clock
@@ -102,7 +100,7 @@ class History(BaseObserver):
             draft = self._path.with_suffix(".tmp")
             head = ",".join(self.rows[0])
             self._lines.append(head)
-            self._file = GrowingFile(draft, f"{head}\n", "\n", "\n")
+            self._file = GrowingFile(draft, head)
             self.write()
             draft.replace(self._path)
 

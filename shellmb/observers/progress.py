@@ -1,7 +1,5 @@
 """Progress of a run: a bar on a terminal or in a notebook, lines of a log elsewhere."""
 
-from __future__ import annotations
-
 import sys
 import time as clock
 from collections.abc import Iterator

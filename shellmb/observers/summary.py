@@ -1,7 +1,5 @@
 """The summary of a run: a few numbers under stable names, `summary.json`; the jumps of ED."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import json
 import math

@@ -1,7 +1,5 @@
 """Run directories."""
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Whose mistake an exception is: that of a user's file, or ours."""
 
-from __future__ import annotations
-
 import sysconfig
 import traceback
 from pathlib import Path

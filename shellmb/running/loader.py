@@ -6,8 +6,6 @@ scene measures, `mode_results(modes)`, the same for natural modes, and `check(re
 asserts reference values of either.
 """
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import inspect

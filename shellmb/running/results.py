@@ -1,7 +1,5 @@
 """Results of a scene at its end, by functions of the user's that may raise."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

@@ -15,8 +15,6 @@ just there, as a ramp that begins then, a later corner gives another slope than 
 Differences of both sides are the mean of both slopes, so the run warns of corners.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 This is the only module of the folder that touches the steps of a simulation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

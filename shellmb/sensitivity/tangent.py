@@ -15,8 +15,6 @@ iteration does. Directors are brought back to their constraints at both sides be
 finitely; the difference is the derivative of that retraction.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The numbers that say whether to trust a run, in words: what the commands print and pages show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """A Campbell diagram drawn: frequencies and damping over the rate, with lines of its orders."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A table that says which columns it has where one is asked for that is not there."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

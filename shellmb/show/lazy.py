@@ -1,7 +1,5 @@
 """An array over states whose numbers are read from the files of the states when they are used."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

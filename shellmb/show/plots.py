@@ -1,7 +1,5 @@
 """Curves over time of a run: probes, energy balance, joints, steps, a static path."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ resultants and constraint forces of the linear static solution, with the load st
 that follow. Displacements before buckling do not count, as in the classical theory.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -16,7 +14,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import SceneError, TooFewModesError
 from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
@@ -109,9 +107,11 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         if len(positive) >= count:
             break
     else:
-        raise ConvergenceError(
+        raise TooFewModesError(
+            count,
+            len(positive),
             f"buckling: {len(positive)} of {count} positive load factors were found among "
-            f"{len(values)}; ask for fewer, or turn the load round"
+            f"{len(values)}; ask for fewer, or turn the load round",
         )
     order = sorted(positive, key=lambda k: values[k].real)[:count]
     negative = [float(v.real) for v, r in zip(values, real, strict=True) if r and v.real < 0]

@@ -1,7 +1,5 @@
 """The lowest eigenvalues of a model's stiffness and mass, and the stability of its states."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ way that the bodies take (`forms.constraints.coordinates`), and they would turn 
 A joint whose rate is half a turn a step or more would lose whole turns.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

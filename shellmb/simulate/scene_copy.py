@@ -6,8 +6,6 @@ its module or of the function around it, cannot be: others may look at it, too. 
 what has changed there meanwhile, and the next one says that it begins with it.
 """
 
-from __future__ import annotations
-
 import copy
 import functools
 import types

@@ -1,7 +1,5 @@
 """Stepping from one accepted state to the next, for the loop of a simulation; errors of steps."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple

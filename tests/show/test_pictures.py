@@ -42,7 +42,6 @@ def two_walls(folder, names, values):
         heat = np.full(4, value)
         files.write(0, {"displacement": np.zeros((4, 3)), "heat": heat})
         files.list([0.0])
-        files.close()
     bodies = [sm.RigidBody(n, 1.0, (1, 1, 1)) for n in names]
     scene = sm.Scene("walls", rigid_bodies=bodies, scheme="ep", dt=1, t_end=1)
     described = describe(scene)
@@ -80,7 +79,6 @@ def test_each_state_has_a_picture_of_its_own(tmp_path, marks) -> None:
     for k in range(3):
         files.write(k, {"displacement": np.tile([0.0, 0.0, 0.5 * k], (4, 1))})
     files.list([0.0, 1.0, 2.0])
-    files.close()
     body = sm.RigidBody("a", 1.0, (1, 1, 1))
     described = describe(sm.Scene("wall", rigid_bodies=body, scheme="ep", dt=1, t_end=2))
     fields = Fields(tmp_path, described.bodies, described.labels)
@@ -180,7 +178,6 @@ def test_what_comes_nearer_than_the_reference_is_not_cut_off(tmp_path) -> None:
     for k, moved in enumerate((0.0, 6.0)):
         files.write(k, {"displacement": np.tile(moved * eye, (4, 1))})
     files.list([0.0, 1.0])
-    files.close()
     body = sm.RigidBody("a", 1.0, (1, 1, 1))
     described = describe(sm.Scene("wall", rigid_bodies=body, scheme="ep", dt=1, t_end=1))
     fields = Fields(tmp_path, described.bodies, described.labels)

@@ -1,7 +1,5 @@
 """The common look of pictures of measurements."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Measurements as JSON, in a folder or on stdout."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables from columns, on a terminal."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Times: the slowest rank, and what is typical of rounds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 
 from mpi4py import MPI

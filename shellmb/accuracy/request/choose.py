@@ -1,7 +1,5 @@
 """The next level: mesh and step that meet an error for the least time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import ceil, floor, inf, isfinite, log
 

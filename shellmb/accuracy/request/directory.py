@@ -3,8 +3,6 @@
 Levels are in folders of their own, the last one is the run itself.
 """
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import asdict, fields, replace
 from math import isfinite
@@ -27,7 +25,7 @@ from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
 from shellmb.running.request import REQUEST, read_request
 from shellmb.running.standard import SUMMARY
-from shellmb.scene import GmshFile, MeshFile, Scene
+from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 
 # picture in the directory
@@ -179,7 +177,7 @@ def coarser(scene: Scene, body: str | None) -> Scene | None:
         body: The only body that gets them; None: all.
     """
     chosen = [b for b in scene.meshed if body in (None, b.name)]
-    read = any(isinstance(getattr(b, "surface", None), GmshFile | MeshFile) for b in chosen)
+    read = any(s.surface.of_file for s in scene.shells if s in chosen)
     if read or min(sides_of(chosen), default=0) < FEW:
         return None
     try:

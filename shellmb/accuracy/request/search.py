@@ -1,7 +1,5 @@
 """Levels of mesh and step until an error is met, from coarse to fine: of runs, and of modes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

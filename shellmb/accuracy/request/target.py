@@ -1,7 +1,5 @@
 """Requests of an accuracy, and of the quantity that has to meet it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

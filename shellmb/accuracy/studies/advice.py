@@ -1,7 +1,5 @@
 """Findings of a study: observed orders, and the configuration for each error with its cost."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, log, prod

@@ -1,7 +1,5 @@
 """The work-precision picture: error against time, one curve for each family."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

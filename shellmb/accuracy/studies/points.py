@@ -1,7 +1,5 @@
 """Errors and times of the configurations of a study, beside a reference, and who is not beaten."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

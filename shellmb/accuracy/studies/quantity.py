@@ -1,7 +1,5 @@
 """The quantity that a study judges: a result of the scene, or a column of the history."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Output of a study: table, orders, advice, JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

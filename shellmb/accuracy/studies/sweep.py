@@ -1,7 +1,5 @@
 """Runs of a study: a full grid of choices, and a chain of finer ones for its reference."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

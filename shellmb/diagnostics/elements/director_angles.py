@@ -9,8 +9,6 @@ bound is 45 degrees between neighbours, which are two or three to an element. Wh
 they turn apart by since the reference: a curve or a fold at rest is a matter of the mesh.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -10,8 +10,6 @@ with `y = h/(n l)`, and the moment at the edge is `1 - 2 g/y` of what it would b
 `tests/diagnostics/test_edges.py`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from mpi4py import MPI

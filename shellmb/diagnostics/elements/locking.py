@@ -15,8 +15,6 @@ A body that is inextensible is the end of this: its forces have no energy, and w
 would have with the stiffness of the section is a multiple of what is in bending.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import basix

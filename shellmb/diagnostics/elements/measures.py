@@ -1,7 +1,5 @@
 """Measures of meshes by which shells lock, or are too coarse."""
 
-from __future__ import annotations
-
 from mpi4py import MPI
 
 import basix

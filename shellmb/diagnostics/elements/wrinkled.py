@@ -1,7 +1,5 @@
 """Wrinkling sections: what the stiffness that they keep in compression stores, and their modes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import ufl

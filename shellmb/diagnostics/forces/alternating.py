@@ -1,7 +1,5 @@
 """Forces that alternate from step to step, which have less to do with those in between."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

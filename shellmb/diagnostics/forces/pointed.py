@@ -1,7 +1,5 @@
 """Reserve factors that are least where a point load acts, under which stresses have no limit."""
 
-from __future__ import annotations
-
 from shellmb.diagnostics.base import Cautions, Watch, said_of
 from shellmb.simulate.simulation import Simulation
 

@@ -1,7 +1,5 @@
 """Joints that roll: one pulls where a real wheel or blade would lift off, or slips."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch

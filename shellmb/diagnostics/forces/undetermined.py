@@ -1,7 +1,5 @@
 """Forces that the equations hardly determine, so that round-off changes them."""
 
-from __future__ import annotations
-
 from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.simulate.simulation import Simulation
 

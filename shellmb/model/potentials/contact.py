@@ -30,7 +30,7 @@ from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.user_forms import written
 from shellmb.native.expressions import values_at_states
-from shellmb.scene.loads.contacts import Contact, Faces, Potential
+from shellmb.scene.loads.contacts import Contact, Potential
 from shellmb.scene.lookup import said
 
 
@@ -54,9 +54,11 @@ class PotentialGroup(NodeGroup):
     Attributes:
         seen: That point with the axes at each node; None: there is none.
         resists: Whether it has friction or damping, which the account books as its loss.
+        holds: Whether it may hold a body alone: contacts open, and so do not.
     """
 
     resists = False
+    holds = True
 
     def __init__(
         self,
@@ -84,11 +86,6 @@ class PotentialGroup(NodeGroup):
         self.always = self.constant(0.0)
 
     @property
-    def holds(self) -> bool:
-        """Decide whether a potential may hold a body alone: contacts open, and so do not."""
-        return not hasattr(self.item, "preloaded") or bool(self.item.preloaded)
-
-    @property
     def owner(self) -> str:
         """Name of the body that it acts on."""
         return self.points.ends[0].owner
@@ -113,6 +110,10 @@ class PotentialGroup(NodeGroup):
     def potential(self, e: Expr) -> Expr:
         """Energy for a weight of one."""
         raise NotImplementedError
+
+    def by_normals(self, q: Floats, forces: Floats) -> tuple[Floats, Floats]:
+        """Parts of forces along normals and across them, as of contacts; none without normals."""
+        return forces[:0, 0], forces[:0]
 
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
@@ -170,6 +171,7 @@ class ContactGroup(PotentialGroup):
         turns = contact.friction * contact.radius > 0
         seen = None if carrier is None else (carrier, self.shape.point, self.shape.axes)
         super().__init__(contact, comm, points, turns, length, seen)
+        self.holds = contact.preloaded
         self.shape.bind(self.constant, length, self.always)
         self._size, self._arm = self.shape.size, self.constant(contact.radius)
         if self.seen is None:
@@ -393,7 +395,7 @@ def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
 
 def potential_groups(
     points_of: ActingPoints, comm: MPI.Comm, length: float
-) -> list[PotentialGroup]:
+) -> tuple[list[UserPotential], list[ContactGroup]]:
     """All potentials and contacts of a scene; collective.
 
     Args:
@@ -404,16 +406,12 @@ def potential_groups(
     Raises:
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
-    groups, scene = list[PotentialGroup](), points_of.scene
-    contacts = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
-    items: tuple[Any, ...] = (*scene.potentials, *contacts)
-    for item in items:
-        if isinstance(item, Potential):
-            groups.append(UserPotential(item, comm, points_of(item), length))
-        else:
+    scene, contacts = points_of.scene, list[ContactGroup]()
+    potentials = [UserPotential(p, comm, points_of(p), length) for p in scene.potentials]
+    for item in scene.contacts:
+        if not item.obstacle.deforms:
             name = item.obstacle_body
             carrier = None if name is None else points_of.find(name, None, said(item))
-            contact = ContactGroup(item, comm, points_of(item), length, carrier)
-            contact.check_start()
-            groups.append(contact)
-    return groups
+            contacts.append(ContactGroup(item, comm, points_of(item), length, carrier))
+            contacts[-1].check_start()
+    return potentials, contacts

@@ -19,7 +19,7 @@ from shellmb.model.shell_contact.facets import Candidates, crossings, facets_of,
 from shellmb.model.shell_contact.mean_distance_slopes import Families, Places
 from shellmb.model.shell_contact.uncovered_contact import Between
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene.loads.contacts import Contact, Faces
+from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.lookup import said
 
 
@@ -325,8 +325,9 @@ def faces_contacts(
     """
     found, scene = [], points_of.scene
     for item in scene.contacts:
-        if isinstance(item.obstacle, Faces):
-            (body,), shell = scene.bodies_of(item), shells[item.obstacle.shell]
+        faces: Any = item.obstacle
+        if faces.deforms:
+            (body,), shell = scene.bodies_of(item), shells[faces.shell]
             found.append(FacesContact(item, points_of(item), shells.get(body.name), shell, length))
             found[-1].check_start()
     return found

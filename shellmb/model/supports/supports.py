@@ -214,7 +214,7 @@ class SupportRows:
         normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
         shared = self._nodes(support.at)
         along = np.abs(np.abs(shared.director @ normal) - 1) < PARALLEL
-        if isinstance(body, ShellModel) and along.any():
+        if along.any():
             at = said_point(shared.x[int(np.argmax(along))], body.domain.length)
             raise SceneError(
                 f"{self._who}: normal is {show(support.normal)}; it must not be the normal of the "
@@ -247,8 +247,9 @@ class SupportRows:
 
     def _along_edge(self, edge: str | tuple[str, ...]) -> None:
         """The director does not lean along the edge."""
-        body, who = self._body, said(self._support)
-        if not isinstance(body, ShellModel):
+        body: Any = self._body
+        who = said(self._support)
+        if self._described.directors != 1:
             raise SceneError(f"{who}: '{body.name}' is no shell; it must be one")
         for name in (edge,) if isinstance(edge, str) else edge:
             nodes = self._nodes(name)

@@ -1,7 +1,5 @@
 """Violation of constraints: those of the directors, and those between bodies, by joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from mpi4py import MPI

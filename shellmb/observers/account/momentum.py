@@ -5,8 +5,6 @@ is what is left when that impulse is taken away. It is round-off where a scheme 
 momentum, and the error of the scheme where it does not.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

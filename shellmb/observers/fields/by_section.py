@@ -1,7 +1,5 @@
 """Strains, energy and stresses at a point, from resultants and the section alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -72,6 +70,13 @@ def beam_compliance(beam: Beam) -> Floats:
     Gamma[np.ix_(free, free)] = np.linalg.inv(A[np.ix_(free, free)])
     Gamma[free] -= (H @ K)[free]
     return np.vstack([Gamma, K])
+
+
+def compliance(body: Any, dynamic: bool) -> Floats:
+    """Strains of the resultants of a shell or beam; arguments as of `layup`."""
+    if not body.described.section.layered:
+        return beam_compliance(body.described)
+    return shell_compliance(body.described, layup(body, dynamic))
 
 
 def strains_by(compliance: Floats) -> Derived:

@@ -1,7 +1,5 @@
 """Reserve factors against failure: of plies, the least in each step, and of all steps."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -76,7 +74,7 @@ class Judged:
 
 def judged(reserve: Reserve, shell: Shell) -> Judged:
     """Utilisations of a shell by a reserve factor."""
-    layers = shell.section.generic.layers  # type: ignore[attr-defined]
+    layers = shell.section.generic.layers
     chosen = reserve.plies or range(1, len(layers) + 1)
     return Judged(reserve, shell, {k - 1: layers[k - 1].strength for k in chosen})
 

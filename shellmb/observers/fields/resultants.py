@@ -1,7 +1,5 @@
 """Forces and moments in beams and shells at their nodes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -12,7 +10,6 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.sections.branches import Branches
@@ -24,9 +21,8 @@ from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation
 
 # quantity of a probe to its components among a body's resultants
-BEAM = {"force": (0, 1, 2), "moment": (3, 4, 5)}
-SHELL = {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
-RESULTANTS = {**BEAM, **SHELL}
+RESULTANTS: dict[str, tuple[int, ...]] = {"force": (0, 1, 2), "moment": (3, 4, 5)}
+RESULTANTS |= {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
 
 
 class Resultants:
@@ -190,14 +186,7 @@ class Strained(Resultants):
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
         self._simulation, self._start, self._branches = simulation, None, ()
-        q, formulation = simulation.problem.state(body.name), body.section.formulation
-        if isinstance(body, BeamModel):
-            e = body.strains(q)
-            parts = [*e, *body.section.formulation.stored(e, body.forces(q))]
-        else:
-            strains = body.strains(q)
-            assert isinstance(formulation, NonlinearMixed)
-            parts = [*strains.eps, *strains.kap, *strains.gam, formulation.psi(strains)]
+        parts = body.strained(simulation.problem.state(body.name))
         self._prepare(body, [ufl.as_vector(parts)])
 
 
@@ -210,8 +199,3 @@ def _linear(vector: Expr, levels: Levels, natural: object = None) -> Expr:
         return vector
     linear = expand_derivatives(change(vector, levels))
     return linear if natural is None else linear + vector
-
-
-def has_resultants(body: object, quantity: str) -> bool:
-    """Decide whether a probe's quantity is a resultant of a body."""
-    return quantity in (BEAM if isinstance(body, BeamModel) else SHELL)

@@ -1,7 +1,5 @@
 """The last good state of a run, from which `shellmb resume` goes on."""
 
-from __future__ import annotations
-
 import json
 import time as clock
 from collections.abc import Mapping

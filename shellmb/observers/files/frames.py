@@ -1,7 +1,5 @@
 """Snapshots of everything that moves at equally spaced times, for ParaView and for pictures."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +14,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.files.writing import make_folder
 from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
-from shellmb.observers.files.gridfiles import Collection, GridFiles
+from shellmb.observers.files.gridfiles import GridFiles, list_all
 from shellmb.observers.files.growingfile import Batches
 from shellmb.observers.files.output_parts import Drawn, DrawnJoints, DrawnMesh, drawn_parts
 from shellmb.observers.forces.joints import JointForces
@@ -139,10 +137,6 @@ class Frames(BaseObserver):
         }
         if self._files:
             make_folder(self._folder)
-        self._lists: list[GridFiles | Collection] = [
-            *self._files.values(),
-            Collection(self._folder / "all.pvd", self._files),
-        ]
         requested = simulation.scene.output.frames
         self._interval = simulation.t_end / max((requested or USUAL) - 1, 1)
         self._follows = requested is None and simulation.scheme.dynamic
@@ -179,8 +173,6 @@ class Frames(BaseObserver):
         finally:
             # what cannot be written is lost
             self._pending.clear()
-            for listed in self._lists:
-                listed.close()
 
     def _take(self, simulation: Simulation) -> None:
         clock = self.clock or simulation
@@ -201,8 +193,7 @@ class Frames(BaseObserver):
             for name, files in self._files.items():
                 for number, fields in self._pending:
                     files.write(number, fields[name])
-            for listed in self._lists:
-                listed.list(self._times)
+            list_all(self._folder, self._files, self._times)
         self._pending.clear()
         self._batches.written()
 
@@ -214,8 +205,7 @@ class Frames(BaseObserver):
             for files in self._files.values()
             if not files.find(number, self._sums)
         ]
-        for listed in self._lists:
-            listed.list(self._times)
+        list_all(self._folder, self._files, self._times)
         if missing:
             _log.warning(
                 "resume: lost or damaged in %s, and left out of the pictures: %s",

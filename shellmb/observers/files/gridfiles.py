@@ -3,13 +3,10 @@
 Files are `NAME_0000.vtu` and so on, `NAME.vtu.series`, and `all.pvd`.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from mpi4py import MPI
@@ -17,28 +14,21 @@ from mpi4py import MPI
 import dolfinx.plot
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.files.checksums import checksum
-from shellmb.files.grids import numbers, seal_grid
+from shellmb.files.checksums import checksum, seal_grid
 from shellmb.files.reading import read_bytes
-from shellmb.files.writing import write_bytes
+from shellmb.files.vtu import Packed, grid_file
+from shellmb.files.writing import write_bytes, write_text
 from shellmb.model.locations.nodes import Meshed
-from shellmb.observers.files.growingfile import GrowingFile
 
-# what stands around the files of all grids in their list
+# lists of the states of a grid, and of the files of all grids
+SERIES = '{{"file-series-version": "1.0", "files": [\n{}\n]}}\n'
 COLLECTION = (
     '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
-    "<Collection>\n"
+    "<Collection>\n{}\n</Collection>\n</VTKFile>\n"
 )
-COLLECTION_END = "\n</Collection>\n</VTKFile>\n"
-# what stands around the states in their list
-HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"
 
 
 @dataclass(frozen=True)
@@ -141,20 +131,10 @@ class GridFiles:
     ) -> None:
         self._folder, self._grid, self._components = folder, grid, dict(components or {})
         self._stem = grid.name.replace(" ", "_")
-        data = _grid(grid)
-        self._data, self._cell_data = data, dict(cell_data)
-        self._fields: dict[str, Floats] = {}
-        self._writer = vtkXMLUnstructuredGridWriter()
-        self._writer.SetInputDataObject(data)
-        self._writer.SetDataModeToAppended()
-        # raw numbers, lightly compressed: half the time of pyvista's `save`
-        self._writer.EncodeAppendedDataOff()
-        self._writer.SetCompressorTypeToLZ4()
-        # VTK's own way to a file takes four times as long as all the rest of its work
-        self._writer.WriteToOutputStringOn()
-        # added to: writing it anew takes longer than writing a state
-        self._series = GrowingFile(folder / f"{self._stem}.vtu.series", HEAD, ",\n", END)
-        self.close = self._series.close
+        self._cells = _cells(grid)
+        self._cell_data = [Packed(name, values) for name, values in cell_data.items()]
+        self._reference = Packed("reference", grid.nodes)
+        self._labels = [Packed("name", grid.labels)] if grid.labels else []
         self._sums: dict[int, str] = {}
 
     def file(self, number: int) -> Path:
@@ -168,40 +148,18 @@ class GridFiles:
             number: Its number.
             fields: Values at the nodes, "displacement" among them; the same names at all times.
         """
-        if not self._fields:
-            self._begin(fields)
-        np.add(self._grid.nodes, fields["displacement"], out=self._points)
-        for key, values in fields.items():
-            self._fields[key][:] = values
-        # VTK remembers the ranges of numbers, of those that stay the same, too, and writes them
-        for changed in self._arrays:
-            changed.Modified()
-        if not self._writer.Write():
-            raise OSError(f"{self.file(number)} cannot be written")
-        written: bytes | str = self._writer.GetOutputString()
-        # text only where no number makes it anything else
-        content = seal_grid(written.encode() if isinstance(written, str) else written)
+        components = self._components
+        points = [Packed(name, of, components.get(name, ())) for name, of in fields.items()]
+        sections = {
+            "PointData": [self._reference, *points, *self._labels],
+            "CellData": self._cell_data,
+            "Points": [Packed("Points", self._grid.nodes + fields["displacement"])],
+            "Cells": self._cells,
+        }
+        counts = len(self._grid.nodes), len(self._grid.vtk_types)
+        content = seal_grid(grid_file(sections, counts, shown="displacement"))
         write_bytes(self.file(number), content)
         self._sums[number] = checksum(content)
-
-    def _begin(self, fields: Mapping[str, Floats]) -> None:
-        """Make the arrays whose numbers change from state to state."""
-        data, points = self._data, self._data.GetPoints()
-        for key, values in {"reference": self._grid.nodes, **fields}.items():
-            _put(data.GetPointData(), key, values, self._components.get(key, ()))
-        # what is shown when a file is opened
-        data.GetPointData().SetActiveScalars("displacement")
-        data.GetPointData().SetActiveVectors("displacement")
-        if self._grid.labels:
-            data.GetPointData().AddArray(_strings("name", self._grid.labels))
-        for key, values in self._cell_data.items():
-            _put(data.GetCellData(), key, values)
-        by_name = {key: data.GetPointData().GetArray(key) for key in fields}
-        self._points = numbers(points.GetData())
-        self._fields = {key: numbers(array) for key, array in by_name.items()}
-        kept = [data.GetPointData().GetArray("reference"), points.GetData(), points]
-        kept += [data.GetCellData().GetArray(key) for key in self._cell_data]
-        self._arrays = [*by_name.values(), *kept]
 
     def list(self, times: Sequence[float]) -> None:
         """List the states for ParaView; the file is complete at all times.
@@ -209,13 +167,14 @@ class GridFiles:
         Args:
             times: Times of all states so far, s; of lost ones, too.
         """
-        known = [k for k in range(len(times)) if k in self._sums]
-        new = known[self._series.count :]
-        if new:
-            self._series.add([self._entry(k, times[k]) for k in new])
-
-    def _entry(self, number: int, t: float) -> str:
-        return json.dumps({"name": self.file(number).name, "time": t})
+        entries = [
+            json.dumps({"name": self.file(k).name, "time": t})
+            for k, t in enumerate(times)
+            if k in self._sums
+        ]
+        if entries:
+            series = self._folder / f"{self._stem}.vtu.series"
+            write_text(series, SERIES.format(",\n".join(entries)))
 
     def checksums(self, count: int) -> dict[str, str]:
         """Checksums of the first states, by the names of their files.
@@ -246,74 +205,37 @@ class GridFiles:
         return number in self._sums
 
 
-def _grid(grid: Grid) -> vtkUnstructuredGrid:
-    """The grid for VTK, whose own modules load in a tenth of the time that pyvista takes."""
-    data, points, cells = vtkUnstructuredGrid(), vtkPoints(), vtkCellArray()
-    points.SetData(_array(grid.nodes))
-    ids = numpy_to_vtkIdTypeArray(np.asarray(grid.vtk_cells, dtype=np.int64), deep=True)  # type: ignore[no-untyped-call]
-    cells.ImportLegacyFormat(ids)
-    data.SetPoints(points)
-    types = numpy_to_vtk(np.asarray(grid.vtk_types, dtype=np.uint8), deep=True)  # type: ignore[no-untyped-call]
-    data.SetCells(types, cells)
-    return data
+def _cells(grid: Grid) -> list[Packed]:
+    """Nodes of all cells, the end of each cell among them, and types."""
+    starts, place = [], 0
+    for _ in grid.vtk_types:
+        starts.append(place)
+        place += 1 + int(grid.vtk_cells[place])
+    return [
+        Packed("connectivity", np.delete(grid.vtk_cells, starts)),
+        Packed("offsets", np.cumsum(grid.vtk_cells[starts])),
+        Packed("types", grid.vtk_types),
+    ]
 
 
-def _array(values: Floats) -> Any:
-    """A copy of numbers for VTK."""
-    return numpy_to_vtk(np.ascontiguousarray(values), deep=True)  # type: ignore[no-untyped-call]
+def list_all(folder: Path, files: Mapping[str, GridFiles], times: Sequence[float]) -> None:
+    """List the states of all parts: those that all have in `all.pvd`, too, for ParaView.
 
-
-def _strings(name: str, values: Sequence[str]) -> vtkStringArray:
-    """An array of texts."""
-    array = vtkStringArray()
-    array.SetName(name)
-    for value in values:
-        array.InsertNextValue(value)
-    return array
-
-
-def _put(
-    data: vtkDataSetAttributes, name: str, values: Floats, components: Sequence[str] = ()
-) -> None:
-    """Name an array among those of the points or cells, and its components."""
-    array = _array(values)
-    array.SetName(name)
-    for k, component in enumerate(components):
-        array.SetComponentName(k, component)
-    data.AddArray(array)
-
-
-class Collection:
-    """The list of the files, complete at all times; VTK has a reader for it and no writer.
+    VTK has a reader for that file and no writer.
 
     Args:
-        path: The file.
+        folder: Where the files are.
         files: Files of each part by its name.
+        times: Times of all states so far, s.
     """
-
-    def __init__(self, path: Path, files: Mapping[str, GridFiles]) -> None:
-        self._files = files
-        self._list = GrowingFile(path, COLLECTION, "\n", COLLECTION_END)
-        self.close = self._list.close
-        self._listed: set[int] = set()
-
-    def list(self, times: Sequence[float]) -> None:
-        """Add the states that are not in it and that all parts have.
-
-        Args:
-            times: Times of all states so far.
-        """
-        new = [
-            k
-            for k in range(len(times))
-            if k not in self._listed and all(f.has(k) for f in self._files.values())
-        ]
-        items = [
-            f'<DataSet timestep="{times[k]!r}" part="{part}" name={quoteattr(name)} '
-            f"file={quoteattr(files.file(k).name)}/>"
-            for k in new
-            for part, (name, files) in enumerate(self._files.items())
-        ]
-        if items:
-            self._list.add(items)
-            self._listed |= set(new)
+    for part in files.values():
+        part.list(times)
+    items = [
+        f'<DataSet timestep="{t!r}" part="{number}" name={quoteattr(name)} '
+        f"file={quoteattr(part.file(k).name)}/>"
+        for k, t in enumerate(times)
+        if all(part.has(k) for part in files.values())
+        for number, (name, part) in enumerate(files.items())
+    ]
+    if items:
+        write_text(folder / "all.pvd", COLLECTION.format("\n".join(items)))

@@ -1,4 +1,4 @@
-"""A text file that grows by items and is complete after each addition, and when to add them."""
+"""A text file that grows by lines, and when to add them."""
 
 import errno
 import os
@@ -14,32 +14,29 @@ BATCH = 0.2
 
 
 class GrowingFile:
-    """Items with something between them, behind a head and before an end.
+    """Lines behind a head; complete after each addition.
 
     Args:
-        path: The file; what it held is lost when the first items are added.
-        head: Text before the first item.
-        between: Text between two items.
-        end: Text behind the last one.
+        path: The file; what it held is lost when the first lines are added.
+        head: The first line.
     """
 
-    def __init__(self, path: Path, head: str, between: str, end: str) -> None:
-        self._path = path
+    def __init__(self, path: Path, head: str) -> None:
+        self._path, self._head = path, head
         self._file: BinaryIO | None = None
-        self._head, self._between, self._end = head, between, end
-        # items, and bytes before the end: noted together
+        # lines behind the head, and bytes: noted together
         self._written = (0, 0)
 
     @property
     def count(self) -> int:
-        """Number of items."""
+        """Number of lines behind the head."""
         return self._written[0]
 
-    def add(self, items: Sequence[str]) -> None:
-        """Write items behind those that are there.
+    def add(self, lines: Sequence[str]) -> None:
+        """Write lines behind those that are there.
 
         Args:
-            items: At least one.
+            lines: At least one.
         """
         if self._file is None:
             self._file = open_new(self._path)
@@ -47,12 +44,12 @@ class GrowingFile:
             # it would take what nobody finds again
             raise FileNotFoundError(errno.ENOENT, "it was removed during the run", str(self._path))
         count, size = self._written
-        text = (self._between if count else self._head) + self._between.join(items)
-        # at its place, over the end: Ctrl-C may come between this and the note of it
+        text = "".join(f"{line}\n" for line in (lines if count else (self._head, *lines))).encode()
+        # at its place: Ctrl-C may come between this and the note of it
         self._file.seek(size)
-        self._file.write((text + self._end).encode())
+        self._file.write(text)
         self._file.flush()
-        self._written = (count + len(items), size + len(text.encode()))
+        self._written = (count + len(lines), size + len(text))
 
     def close(self) -> None:
         """Close the file."""

@@ -20,7 +20,6 @@ from shellmb.observers.files.gridfiles import Gatherer, Grid
 from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
 from shellmb.observers.forces.joints import joints_of
 from shellmb.observers.forces.locations import Places
-from shellmb.scene import Contact, LinearSection
 from shellmb.simulate.simulation import Simulation
 
 # types of cells in VTK
@@ -76,18 +75,11 @@ class DrawnMesh(Drawn):
         """The thickness of a shell, the size of a beam's cross-section, m."""
         assert self.grid is not None
         ones = np.ones(len(self.grid.vtk_types))
-        if isinstance(self._body, BeamModel):
-            return {"size": self._body.beam.section.size * ones}
-        if not isinstance(self._body, ShellModel):
-            return {}
         width = 1 + self.grid.vtk_cells[0]
         nodes = self.grid.vtk_cells.reshape(-1, width)[:, 1:]
         # at the middle of each cell: what jumps between cells has no value at their nodes
         middle = self.grid.nodes[nodes].mean(axis=1)
-        section = self._body.shell.section
-        if isinstance(section, LinearSection) and section.functions:
-            return {"thickness": np.asarray(section.at(middle.T).thickness) * ones}
-        return {"thickness": self._body.section.sizes.thickness * ones}
+        return {name: size * ones for name, size in self._body.sizes_at(middle.T).items()}
 
 
 class FixedPoints:
@@ -283,7 +275,7 @@ def drawn_parts(model: Model) -> dict[str, Drawn]:
     """Everything that is shown of a model, by name; collective."""
     found: dict[str, Drawn] = {**drawn_bodies(model)}
     # those of the scene are gone where a shell or beam is rigid
-    contacts = [group.item for group in model.potentials if isinstance(group.item, Contact)]
+    contacts = [group.item for group in model.contacts]
     middle, size = _middle(model, found) if contacts else (np.zeros(3), 0.0)
     if model.rigid is not None:
         found |= {name: DrawnRigidMesh(model, mesh) for name, mesh in model.rigid_meshes.items()}

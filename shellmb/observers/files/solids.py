@@ -1,7 +1,5 @@
 """Shapes of rigid bodies and of obstacles as surfaces, for files and pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

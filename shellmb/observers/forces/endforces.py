@@ -8,8 +8,6 @@ impulses `p`, `v = w + M^-1 Dg^T p`, they turn the balance of a step into
 but for terms of second order. What `lambda` alternates with, in EP of first order, is in `p`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any

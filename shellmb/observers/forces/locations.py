@@ -5,8 +5,6 @@ Rotations and translations of joints that something acts on are unknowns
 and a form.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

@@ -24,7 +24,7 @@ from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
 from shellmb.preprocessing.modal.ritz import relaxing, ritz_vectors
 from shellmb.preprocessing.modal.supports import support_joint
-from shellmb.scene import Joint, Modal, Scene, Weld
+from shellmb.scene import Joint, Scene, Weld
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.schemes import SIMPLEST
@@ -117,7 +117,7 @@ class ReducedBody:
         supports: Sequence[Any],
     ) -> None:
         bodies = [b for b in scene.meshed if b.name in names]
-        words = [b.model for b in bodies if isinstance(b.model, Modal)]
+        words = [b.modes for b in bodies if b.modes]
         who, self._name, self.joints = said(bodies[0]), names[0], list[Joint]()
         isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
         self._welded = [a.frame for a in attached]
@@ -141,7 +141,7 @@ class ReducedBody:
             )
         self._loads = SpreadLoads(isolated, loads)
         forces = [*self._loads.vectors(), *terms.forces()]
-        found = ritz_vectors(held, words[0].modes, self.center, forces, terms.stiffness())
+        found = ritz_vectors(held, words[0], self.center, forces, terms.stiffness())
         self._find([isolated.vector(held.field(vector)) for vector in found])
         self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 

@@ -19,7 +19,7 @@ from shellmb.preprocessing.constraint_analysis.mobility import Motions
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
 from shellmb.preprocessing.constraint_analysis.redundancy import look_through
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales, tangent
-from shellmb.scene import Beam, Scene
+from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
 from shellmb.system.eigenvalues import eigenpairs
@@ -261,11 +261,11 @@ def lowest_frequency(model: Model, name: str) -> float:
     """
     scene = model.scene
     body: Any = scene.body(name)
-    if isinstance(body, Beam) and body.curve.shell is not None:
+    if body.along is not None:
         # it swings with the shell that it runs along
-        return lowest_frequency(model, body.curve.shell)
+        return lowest_frequency(model, body.along)
     supports = tuple(s for s in scene.supports if scene.bodies_of(s)[0].name == name)
-    parts: dict[str, Any] = {"beams" if isinstance(body, Beam) else "shells": body}
+    parts: dict[str, Any] = {body.home: body}
     parts |= {"supports": supports, "scheme": SIMPLEST, "dt": 1.0, "t_end": 1.0}
     isolated = IsolatedBody(Scene(f"{name} alone", **parts), model.comm)
     shift = -SHIFT * isolated.scale

@@ -1,7 +1,5 @@
 """Modes of vibration and of linear buckling of a scene, with their files and pictures."""
 
-from __future__ import annotations
-
 import time as clock
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -182,7 +180,6 @@ def write_shapes(
             for k, found in enumerate(fields):
                 files.write(k, {n: v for n, v in found[body].items() if v is not None})
             files.list([float(k) for k in range(1, len(fields) + 1)])
-            files.close()
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Go on with a run where it stopped, and states of it, the last one or that of any time."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

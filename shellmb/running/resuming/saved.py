@@ -1,7 +1,5 @@
 """Reads what a run goes on with, and says what is damaged."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

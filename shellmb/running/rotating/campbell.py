@@ -1,7 +1,5 @@
 """Modes over the rate of rotation, and which belong together: what a Campbell diagram shows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

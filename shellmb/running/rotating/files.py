@@ -1,7 +1,5 @@
 """Campbell diagrams in a directory: table, summary, picture, and the shapes at each rate."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -7,13 +7,10 @@ directors are vectors, and the velocity of a state at rest in the frame is `W y`
 `M (y'' + 2 W y' + W^2 y)` are the inertia forces along the axes of the frame.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 
 from mpi4py import MPI
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 from petsc4py import PETSc
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Modes about the static equilibrium under loads: with what resists velocities, complex ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Modes about a steady rotation: complex eigenvalues, damping, whirl, stability, shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 Maxwell branches add `sum_i s tau_i/(1 + s tau_i) K_i` to the stiffness.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple

@@ -5,8 +5,6 @@ states, number by number; what jumps of velocities leave out along directors (ED
 state, node by node. The combinations are found by asking the scheme for units.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.arrays import Floats

@@ -1,7 +1,5 @@
 """Parameters of shells' sections that are numbers in each element, in a scene."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import fields as fields_of

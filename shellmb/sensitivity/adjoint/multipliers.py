@@ -6,8 +6,6 @@ of conjugate residuals (GCR: Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 
 The matrix itself is not assembled: its transposed product is a pass of `Transposed`.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

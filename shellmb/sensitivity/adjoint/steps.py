@@ -1,7 +1,5 @@
 """Steps of a run as they are needed backwards: kept, or solved again from states that are kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple

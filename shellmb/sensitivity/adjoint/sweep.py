@@ -8,8 +8,6 @@ and the number that is differentiated changes with `p` by `-mu.(dR/dp)`, summed 
 unknowns are in one matrix here, whose factors give transposed solutions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

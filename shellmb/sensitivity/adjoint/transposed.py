@@ -6,8 +6,6 @@ derivatives of `mu.R` in UFL. A form has one kernel for all states, which differ
 what the form takes, and a pass of it over the cells costs about as much as a residual.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property

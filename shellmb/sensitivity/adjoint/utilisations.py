@@ -5,8 +5,6 @@ where it is largest. With its derivatives by these, weights `W` at the points of
 sum of resultants `R`, whose derivatives by the states of a step are those of the form `int W.R dx`.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple

@@ -14,8 +14,6 @@ Both right-hand sides are differences of the scenes beside the run. The equation
 unknowns: multipliers of directors are part of the tangent.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Colours: a field and its component over all bodies that have it, with one scale."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Check of whether and how this machine draws in space: off-screen, or in a window."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import sys

@@ -1,7 +1,5 @@
 """Bodies as they are drawn, and their states, from the files of a run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path

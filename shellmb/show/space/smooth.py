@@ -1,7 +1,5 @@
 """Curved cells as many small flat pieces: positions and values between nodes as the cells say."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import isqrt
 from typing import Any

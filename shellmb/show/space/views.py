@@ -1,7 +1,5 @@
 """From where pictures are taken, and how much larger displacements are shown."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

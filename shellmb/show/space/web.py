@@ -1,7 +1,5 @@
 """A scene in space as a page that can be turned in a browser, without a server (trame-vtk)."""
 
-from __future__ import annotations
-
 import html
 import io
 import json

@@ -1,7 +1,5 @@
 """Controllers in a run: when they are sampled, what they answer, and their memory."""
 
-from __future__ import annotations
-
 import copy
 import math
 import traceback

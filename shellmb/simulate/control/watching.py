@@ -1,7 +1,5 @@
 """Events in a run: when they have gone on and off, and where in a step the next one does."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 

@@ -4,8 +4,6 @@ Stresses of contacts with faces follow from the forms of potentials, point by po
 the facets follows from its form, pair by pair.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple

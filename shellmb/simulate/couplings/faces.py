@@ -1,7 +1,5 @@
 """Contact with the faces of a shell in the steps of a scheme, as a coupling of the system."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 

@@ -7,8 +7,6 @@ multipliers have other units, directors follow. It is scaled such that the unloa
 by one unit of it per unit of the load factor.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

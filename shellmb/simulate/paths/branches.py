@@ -6,8 +6,6 @@ this one. Two of a kind within one step cancel in the load rate and look like on
 step control by curvature makes that rare, and nothing here proves it away.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal

@@ -5,8 +5,6 @@ rates. It tells where the level is, also where the load only goes there and turn
 step; the secant rule, kept between states on either side of the level, does the rest.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ the load stands still. All unknowns are in one matrix there: next to a limit poi
 of thin bodies leaves few digits.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

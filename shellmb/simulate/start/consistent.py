@@ -5,8 +5,6 @@ taken: `M (v - v0) + Dg^T mu = 0`, `Dg v = 0`. Mechanically that is an impact wi
 whose impulses are the multipliers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -12,8 +12,6 @@ Resultants are taken anew from the strains at the end, so nothing is needed of h
 stresses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -23,7 +21,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.model.body import Body, Rates, added
-from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.preprocessing.bodyfields import (
     body_field,
     dofs_of,
@@ -152,11 +149,12 @@ class EndForces(_Instant):
         # multipliers of the velocities are zero: what is left is the constraints' own second rate
         turned = None if rate is None else ufl.derivative(rate, q, v)
         acting = [sample.of_loads(dq), sample.of_terms(body, dq)]
+        holds = body in self._problem.model.constraint_groups
         forms: list[Form | None] = [
             body.inertia(unknown, dq),
             velocity_constraint(body, unknown, q, dq),
             turned,
-            None if isinstance(body, ConstraintGroup) else _internal(body, q, unknown, dq),
+            None if holds else _internal(body, q, unknown, dq),
             None if body.damping is None else body.damping.at(q, v, dq),
             *(own.held(q, dq) for own in branches),
             *(None if form is None else -form for form in acting),

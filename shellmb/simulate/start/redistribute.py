@@ -4,8 +4,6 @@ Ranks number cells and dofs as they like; what a cell was when the mesh was made
 dofs within it, are the same on any number of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

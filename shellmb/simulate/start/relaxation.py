@@ -6,8 +6,6 @@ barely deforms them. Many of them with growing `tau` lead to a stable equilibriu
 mechanism whose stiffness is singular until it carries its load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Protocol

@@ -1,7 +1,5 @@
 """The state before the first step: positions that close all joints, velocities they allow."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 

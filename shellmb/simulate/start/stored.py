@@ -1,7 +1,5 @@
 """Parts of another run to start from: its last state, memories of its controllers, its frames."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections import deque

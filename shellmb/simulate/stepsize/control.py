@@ -1,7 +1,5 @@
 """Size of the time step: halved where Newton fails, and grown back; or by its jump or error."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -4,8 +4,6 @@ These are times of locks, corners of loads and motions, samples of controllers, 
 user names.
 """
 
-from __future__ import annotations
-
 import sys
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence

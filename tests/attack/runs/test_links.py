@@ -66,7 +66,7 @@ def test_files_and_locks_take_the_place_of_links(points: str, tmp_path: Path) ->
             lock.release()
             continue
         if write == "growing":
-            file = GrowingFile(place, "a", "b", "c")
+            file = GrowingFile(place, "a")
             file.add(["x"])
             file.close()
         else:
