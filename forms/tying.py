@@ -39,8 +39,6 @@ from shellmb.forms.surface import Surface, unit
 
 # numbers of a cell's forces: weights, polynomials, constants, and those beside twist
 COUNT = 15
-# strains and forces in the plane among those of shape (5,)
-PLANE = (0, 1, 2)
 
 
 class Tying(NamedTuple):

@@ -6,10 +6,7 @@ import contextlib
 import os
 import warnings
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
+from typing import Any
 
 
 class ShellmbError(Exception):
@@ -152,7 +149,7 @@ def petsc_in_words() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def alike(comm: MPI.Comm) -> Iterator[None]:
+def alike(comm: Any) -> Iterator[None]:
     """Context in which what fails on one rank fails on all of them; collective.
 
     Args:
@@ -174,7 +171,7 @@ def alike(comm: MPI.Comm) -> Iterator[None]:
         raise wrong
 
 
-def of_first[T](comm: MPI.Comm, read: Callable[[], T]) -> T:
+def of_first[T](comm: Any, read: Callable[[], T]) -> T:
     """Result that a function has on the first rank, on all ranks; collective.
 
     Args:
@@ -184,8 +181,9 @@ def of_first[T](comm: MPI.Comm, read: Callable[[], T]) -> T:
     Raises:
         SceneError: On all ranks, if it does on the first one; and so are others.
     """
-    found: Any = None
+    found: T | None = None
     with alike(comm):
         if comm.rank == 0:
             found = read()
-    return comm.bcast(found)
+    every: T = comm.bcast(found)
+    return every

@@ -34,9 +34,8 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.beam import BeamMixed, halves
-from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, MixedSection
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, MixedSection, MixedStrains
 from shellmb.forms.steps.path import Moment, Rows, moment_of
 
 
@@ -119,29 +118,26 @@ class ViscousBeam(MixedSection):
         return (ufl.as_vector([*n, *m]),)
 
 
-def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straining) -> list[Expr]:
+def taken(of: MixedStrains, along: Straining) -> list[Expr]:
     """Densities of the work (D2) that damping takes, times the step; one for each rule."""
     states = along.rows.states[: along.rows.moving]
     found: list[Expr] = []
     for weight, moment in zip((1, 3), along.change, strict=False):
-        e, N = moment_of(strain, moment, states), section.forces(layout, moment.held)
-        works = [weight * ufl.dot(s, e) for s in section.stress(e, N)]
+        e, N = moment_of(of.strain, moment, states), of.forces(moment.held)
+        works = [weight * ufl.dot(s, e) for s in of.section.stress(e, N)]
         found = [a + b for a, b in zip(found, works, strict=True)] if found else works
     return found
 
 
-def at_state(
-    section: MixedSection, layout: Layout, strain: Measure, q: Expr, v: Expr, dq: Expr
-) -> list[Expr]:
+def at_state(of: MixedStrains, q: Expr, v: Expr, dq: Expr) -> list[Expr]:
     """Densities of the virtual work at a state with a velocity, one for each rule.
 
     Args:
-        section: What resists.
-        layout: Parts of the state.
-        strain: The strain.
+        of: The strains, with what resists.
         q: State.
         v: Velocity, with rates of forces of the cells of shells.
         dq: Virtual displacement.
     """
-    rate, de = (strain.change(q, d) for d in (v, dq))
-    return [ufl.dot(s, de) for s in section.stress(rate, section.of_rate(layout, rate, v))]
+    rate, de = (of.strain.change(q, d) for d in (v, dq))
+    N = of.section.of_rate(of.layout, rate, v)
+    return [ufl.dot(s, de) for s in of.section.stress(rate, N)]

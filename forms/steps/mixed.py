@@ -124,6 +124,24 @@ class MixedSection:
         return self.joined(*self.averages(strain, layout, span))
 
 
+class MixedStrains(NamedTuple):
+    """Strains with a section in mixed form: what densities of their work are made of.
+
+    Args:
+        section: The section.
+        layout: Parts of the state.
+        strain: The strains.
+    """
+
+    section: MixedSection
+    layout: Layout
+    strain: Measure
+
+    def forces(self, q: Expr) -> Expr:
+        """The resultants that a state holds."""
+        return self.section.forces(self.layout, q)
+
+
 @dataclass(frozen=True)
 class Stiffness(MixedSection):
     """Stresses that are a matrix times strains.

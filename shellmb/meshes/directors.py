@@ -1,9 +1,13 @@
 """Reference directors at the nodes of a shell: unit normals, consistently oriented."""
 
+import itertools
+from typing import Any
+
 import basix
 import numpy as np
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import shown
@@ -16,13 +20,9 @@ from shellmb.meshes.tying import tangents_at
 STEEPEST = 47.5
 # and at single nodes, where three and more faces meet: 54.7 at the corner of a box
 STEEPEST_CORNER = 60.0
-# cosine of an angle between directors of an element that is that of a fold, not of a curve
-FOLD = 0.5
 
 
-def reference_director(
-    surface: SurfaceMesh, nodal: fem.FunctionSpace, degree: int, name: str
-) -> fem.Function:
+def reference_director(surface: SurfaceMesh, nodal: fem.FunctionSpace) -> fem.Function:
     """Unit director at every node: the exact normal, or else the mean of the cells' normals.
 
     The mean is weighted by the angle of each cell at the node, so that it does not depend on how
@@ -31,135 +31,119 @@ def reference_director(
     Args:
         surface: Meshed surface.
         nodal: Vector-valued Lagrange space of the director.
-        degree: Its polynomial degree.
-        name: Name of the shell, for error messages.
 
     Raises:
         SceneError: If the normals around a node cancel (the surface is not orientable or folded),
             an element is turned over, or the surface is folded by more than its director can
             follow.
     """
-    director = fem.Function(nodal, name="D")
-    owned = surface.mesh.topology.index_map(2).size_local
-    points = np.asarray(nodal.element.basix_element.points)
-    tangents = np.stack(tangents_at(surface.mesh, points))[:, :owned]
-    normals = np.cross(tangents[0], tangents[1])
-    normals *= surface.cell_normal_sign[: len(normals), None, None]
-    read = surface.normal is None
+    director, cells = fem.Function(nodal, name="D"), _Cells(surface, nodal)
     if surface.normal is not None:
-        values = surface.normal(nodal.tabulate_dof_coordinates().T).T
+        values = surface.normal(cells.places.T).T
     else:
-        values = _mean_normals(nodal, tangents, normals)
+        values = cells.mean_normals()
     length = np.linalg.norm(values, axis=1)
     cancelled = surface.mesh.comm.allreduce(int(np.sum(length < 1e-3)))
     if cancelled:
         raise SceneError(
-            f"shell '{name}': the normals of its cells cancel at {cancelled} nodes; "
+            f"shell '{surface.name}': the normals of its cells cancel at {cancelled} nodes; "
             "the surface must be smooth and orientable, split it at folds and join the parts"
         )
     values = values / length[:, None]
-    if read:
-        _refuse_folded(surface, nodal, normals, values, name)
-    _refuse_turned(surface, nodal, normals, values, name)
+    if surface.normal is None:
+        cells.refuse_folded(values)
+    cells.refuse_turned(values)
     director.x.array[:] = values.ravel()
     director.x.scatter_forward()
     return director
 
 
-def _refuse_folded(
-    surface: SurfaceMesh,
-    nodal: fem.FunctionSpace,
-    normals: np.ndarray,
-    directors: np.ndarray,
-    name: str,
-) -> None:
-    """Refuse folds at which a director leans so far from the normals that it carries too little."""
-    nodes = nodal.dofmap.list[: len(normals)]
-    size = np.linalg.norm(normals, axis=2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        lean = np.einsum("cpi,cpi->cp", normals, directors[nodes]) / size
-    element = nodal.element.basix_element
-    limits = np.full(lean.shape[1], STEEPEST)
-    limits[[dofs[0] for dofs in element.entity_dofs[0]]] = STEEPEST_CORNER
-    sharp = lean < np.cos(np.radians(limits))
-    # with their ends
-    sharp = sharp.any(axis=1)[:, None] & (lean < np.cos(np.radians(STEEPEST)))
-    places = nodal.tabulate_dof_coordinates()
-    here = [(float(lean[c, p]), places[nodes[c, p]].tolist()) for c, p in np.argwhere(sharp)]
-    found = [pair for part in surface.mesh.comm.allgather(here) for pair in part]
-    if not found:
-        return
-    points = np.unique(np.array([place for _, place in found]), axis=0)
-    # the fold's ends: those of its nodes that are farthest along its longest direction
-    along = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
-    order = np.argsort((points - points.mean(axis=0)) @ along)
-    first, last = (shown(points[k], surface.length) for k in (order[0], order[-1]))
-    where = f"at {first}" if first == last else f"between {first} and {last}"
-    worst = np.degrees(np.arccos(max(-1.0, min(found)[0])))
-    raise SceneError(
-        f"shell '{name}': its mesh is folded {where}, so that elements lean by up to {worst:.0f} "
-        f"degrees from the director they share; it must be less than {STEEPEST:g} degrees (a fold "
-        f"of {2 * STEEPEST:g}), as it would be too soft there: make the parts shells, by group or "
-        "where, and join them"
-    )
+class _Cells:
+    """Own cells of a surface with their normals at its nodes.
 
-
-def _refuse_turned(
-    surface: SurfaceMesh,
-    nodal: fem.FunctionSpace,
-    normals: np.ndarray,
-    directors: np.ndarray,
-    name: str,
-) -> None:
-    """Refuse elements that are turned over: a director is on the positive side of all cells around.
-
-    Corners where an element has no normal (poles) are left out.
+    Args:
+        surface: Meshed surface.
+        nodal: Vector-valued Lagrange space of the director.
     """
-    size = np.linalg.norm(normals, axis=2)
-    nodes = nodal.dofmap.list[: len(normals)]
-    # beside the directors, which at an edge may be the normals of turned corners, the mean normal
-    mean = np.broadcast_to(normals.sum(axis=1)[:, None], normals.shape)
-    along = [np.einsum("cpi,cpi->cp", normals, v) for v in (directors[nodes], mean)]
-    turned = (np.minimum(*along) <= 0) & (size > 1e-6 * size.max(axis=1, initial=0.0)[:, None])
-    # where the map has no normal, a director is not a number
-    turned |= ~np.isfinite(directors[nodes]).all(axis=2)
-    places = nodal.tabulate_dof_coordinates()[np.unique(nodes[turned])]
-    found = [place for part in surface.mesh.comm.allgather(places) for place in part.tolist()]
-    if found:
-        at = ", ".join(f"{v:.4g}" for v in found[0])
+
+    def __init__(self, surface: SurfaceMesh, nodal: fem.FunctionSpace) -> None:
+        self._surface, self._nodal = surface, nodal
+        self._element: Any = nodal.element.basix_element
+        owned = surface.mesh.topology.index_map(2).size_local
+        tangents = tangents_at(surface.mesh, np.asarray(self._element.points))
+        self._tangents = np.stack(tangents)[:, :owned]
+        self._normals = np.cross(*self._tangents)
+        self._normals *= surface.cell_normal_sign[:owned, None, None]
+        self._size = np.linalg.norm(self._normals, axis=2)
+        self._nodes, self.places = nodal.dofmap.list[:owned], nodal.tabulate_dof_coordinates()
+
+    def refuse_folded(self, directors: Floats) -> None:
+        """Refuse folds at which a director leans so far from normals that it carries too little."""
+        nodes, surface = self._nodes, self._surface
+        with np.errstate(invalid="ignore", divide="ignore"):
+            lean = np.vecdot(self._normals, directors[nodes]) / self._size
+        limits = np.full(lean.shape[1], STEEPEST)
+        limits[[dofs[0] for dofs in self._element.entity_dofs[0]]] = STEEPEST_CORNER
+        sharp = lean < np.cos(np.radians(limits))
+        # with their ends
+        sharp = sharp.any(axis=1)[:, None] & (lean < np.cos(np.radians(STEEPEST)))
+        here = [(float(lean[c, p]), self.places[nodes[c, p]]) for c, p in np.argwhere(sharp)]
+        found = list(itertools.chain(*surface.mesh.comm.allgather(here)))
+        if not found:
+            return
+        points = np.unique(np.array([place for _, place in found]), axis=0)
+        # the fold's ends: those of its nodes that are farthest along its longest direction
+        along = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+        order = np.argsort((points - points.mean(axis=0)) @ along)
+        first, last = (shown(points[k], surface.length) for k in (order[0], order[-1]))
+        where = f"at {first}" if first == last else f"between {first} and {last}"
+        worst = np.degrees(np.arccos(max(-1.0, min(lean for lean, _ in found))))
         raise SceneError(
-            f"shell '{name}': an element is turned over, or the surface has no normal, at ({at}); "
-            "use a map with independent derivatives everywhere, more elements, or geometry_order=1"
+            f"shell '{surface.name}': its mesh is folded {where}, so that elements lean by up to "
+            f"{worst:.0f} degrees from the director they share; it must be less than {STEEPEST:g} "
+            f"degrees (a fold of {2 * STEEPEST:g}), as it would be too soft there: make the parts "
+            "shells, by group or where, and join them"
         )
 
+    def refuse_turned(self, directors: Floats) -> None:
+        """Refuse elements that are turned over: directors are on the positive side of all around.
 
-def _mean_normals(
-    nodal: fem.FunctionSpace, tangents: np.ndarray, normals: np.ndarray
-) -> np.ndarray:
-    """Sum of the unit normals of the cells around each node by their angles, shape (nodes, 3)."""
-    size = np.linalg.norm(normals, axis=2)
-    unit = normals / np.where(size > 0, size, np.inf)[..., None]
-    return sums_at_nodes(nodal, _angles(nodal, tangents)[..., None] * unit)
+        Corners where an element has no normal (poles) are left out.
+        """
+        size, around = self._size, directors[self._nodes]
+        # beside the directors, which at an edge may be the normals of turned corners, the mean one
+        mean = self._normals.sum(axis=1)[:, None]
+        along = np.minimum(*(np.vecdot(self._normals, v) for v in (around, mean)))
+        turned = (along <= 0) & (size > 1e-6 * size.max(axis=1, initial=0.0)[:, None])
+        # where the map has no normal, a director is not a number
+        turned |= ~np.isfinite(around).all(axis=2)
+        places = self.places[np.unique(self._nodes[turned])]
+        found = np.concatenate(self._surface.mesh.comm.allgather(places))
+        if len(found):
+            at = ", ".join(f"{v:.4g}" for v in found[0])
+            raise SceneError(
+                f"shell '{self._surface.name}': an element is turned over, or the surface has no "
+                f"normal, at ({at}); use a map with independent derivatives everywhere, more "
+                "elements, or geometry_order=1"
+            )
 
+    def mean_normals(self) -> Floats:
+        """Sum of the unit normals of the cells around each node by their angles, (nodes, 3)."""
+        unit = self._normals / np.where(self._size > 0, self._size, np.inf)[..., None]
+        return sums_at_nodes(self._nodal, self._angles()[..., None] * unit)
 
-def _angles(nodal: fem.FunctionSpace, tangents: np.ndarray) -> np.ndarray:
-    """Angle of the cells at their nodes: at vertices their own, half a turn beside them."""
-    element = nodal.element.basix_element
-    angles = np.full(tangents.shape[1:3], np.pi)
-    corners = np.asarray(basix.geometry(element.cell_type))
-    for vertex, sides in enumerate(_sides(element.cell_type)):
-        node = element.entity_dofs[0][vertex][0]
-        a, b = (
-            np.tensordot(corners[other] - corners[vertex], tangents[:, :, node], axes=1)
-            for other in sides
-        )
-        cross = np.linalg.norm(np.cross(a, b), axis=1)
-        angles[:, node] = np.arctan2(cross, np.einsum("ci,ci->c", a, b))
-    return angles
-
-
-def _sides(cell: basix.CellType) -> list[list[int]]:
-    """The two vertices that each vertex of a cell has a side to."""
-    pairs = basix.topology(cell)[1]
-    count = len(basix.topology(cell)[0])
-    return [[w for pair in pairs if v in pair for w in pair if w != v] for v in range(count)]
+    def _angles(self) -> Floats:
+        """Angle of the cells at their nodes: at vertices their own, half a turn beside them."""
+        angles = np.full(self._size.shape, np.pi)
+        cell = self._element.cell_type
+        corners, pairs = np.asarray(basix.geometry(cell)), basix.topology(cell)[1]
+        for vertex, (node, *_) in enumerate(self._element.entity_dofs[0]):
+            # both vertices that this one has a side to
+            others = [w for pair in pairs if vertex in pair for w in pair if w != vertex]
+            a, b = (
+                np.tensordot(corners[w] - corners[vertex], self._tangents[:, :, node], axes=1)
+                for w in others
+            )
+            cross = np.linalg.norm(np.cross(a, b), axis=1)
+            angles[:, node] = np.arctan2(cross, np.vecdot(a, b))
+        return angles

@@ -59,11 +59,11 @@ def facets(cells: Ints, cell: Cell) -> Ints:
     return np.sort(cells[:, np.array(FACETS[cell])], axis=2)
 
 
-def boundary_facets(cells: Ints, cell: Cell) -> Ints:
-    """Vertices of the facets that belong to one cell only, shape (m, 2)."""
+def boundary_facets(cells: Ints, cell: Cell) -> tuple[Ints, Ints]:
+    """Vertices of the facets that belong to one cell only, shape (m, 2), and these cells."""
     every = facets(cells, cell).reshape(-1, 2)
-    unique, count = np.unique(every, axis=0, return_counts=True)
-    return np.asarray(unique[count == 1])
+    unique, first, count = np.unique(every, axis=0, return_index=True, return_counts=True)
+    return unique[count == 1], first[count == 1] // len(FACETS[cell])
 
 
 def cell_cross(corners: Floats) -> Floats:

@@ -34,7 +34,7 @@ def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
     """
     if not where:
         return raw
-    facets = boundary_facets(raw.cells, raw.cell)
+    facets, _ = boundary_facets(raw.cells, raw.cell)
     ends = raw.x[facets]
     places = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1)
     edges = dict(raw.edges)

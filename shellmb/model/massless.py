@@ -17,6 +17,7 @@ from ufl.algorithms import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
+from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
 from shellmb.meshes.spaces import MixedSpace
@@ -143,6 +144,10 @@ class Places(Protocol):
 
     def bind(self, nodes: NodeMesh) -> None:
         """Take the group's node mesh, with one node for each place."""
+        ...
+
+    def place(self, q: Expr, layout: Layout) -> Place:
+        """The places and their vectors at a state of the group."""
         ...
 
 

@@ -22,6 +22,7 @@ from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.locations.nodes import Finder
 from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
+from shellmb.model.potentials.points import ActingPoints
 from shellmb.model.potentials.volume import Filling, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
@@ -145,9 +146,9 @@ class Model:
         self.bodies += self.mechanism.bodies
 
         self.bodies += point_loads(scene, comm, find)
-        touched, meshes = modal_points(self.bodies), (self.meshed, self.rigid_meshes)
-        given = described, comm, find, *meshes, touched, self.length
-        users, self.contacts = potential_groups(*given)
+        meshes = self.meshed, self.rigid_meshes
+        points_of = ActingPoints(described, find, *meshes, modal_points(self.bodies))
+        users, self.contacts = potential_groups(points_of, comm, self.length)
         self.potentials: list[PotentialGroup] = [*users, *self.contacts]
         self.bodies += self.potentials
 
@@ -157,7 +158,7 @@ class Model:
         resolve_links(self.bodies, comm)
         check_probes(scene, places)
         doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
-        self.faces = faces_contacts(described, find, *meshes, self.shells, self.length)
+        self.faces = faces_contacts(points_of, self.shells, self.length)
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:

@@ -65,7 +65,7 @@ def director(file: Path, cell: Any, **options: Any) -> Any:
     shell = Shell("part", MeshFile(file, **options), Isotropic(1.0, 0.3, thickness=0.01), cell=cell)
     surface = build_surface(shell, MPI.COMM_SELF)
     nodal = shell_space(surface.mesh, 2, False).subspaces["u"]
-    return nodal, reference_director(surface, nodal, 2, "part").x.array.reshape(-1, 3)
+    return nodal, reference_director(surface, nodal).x.array.reshape(-1, 3)
 
 
 def test_a_bracket_bends_as_its_two_parts_do(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_parts_have_the_numbers_of_the_whole(surface: sm.Surface, degree: Litera
         away = fem.assemble_scalar(fem.form(ufl.inner(found - right, found - right) * ufl.dx))
         # elements have places of degree 2: squares of round-off
         assert abs(away) < 1e-28
-    director = reference_director(made, space.subspaces["u"], degree, "s")
+    director = reference_director(made, space.subspaces["u"])
     if isinstance(surface, sm.Sphere):
         # of an interpolation with four elements on a quarter of a circle; nodes of the other one
         # are off by 2e-2

@@ -301,8 +301,8 @@ FAULTS = (
     Fault(
         "loads that turn do not see the deflection",
         "shellmb/preprocessing/modal/loads.py",
-        "            found[:, column] = [self._work(changed, f) for f in (*rigid, *modes)]",
-        "            found[:, column] = [self._work(still, f) for f in (*rigid, *modes)]",
+        "        found = np.stack([isolated.work(forces, fields) for forces in changed], axis=1)",
+        "        found = np.stack([isolated.work(still, fields) for forces in changed], axis=1)",
         (f"{MODAL_LOADS}::test_a_pressure_stays_across_what_it_bends",),
     ),
     # materials and energies

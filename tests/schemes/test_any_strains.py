@@ -12,7 +12,7 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.forms.shell import ShellStrains, shell_strains
-from shellmb.model.shells import elastic
+from shellmb.model.shells.elastic import ElasticShell
 from shellmb.native.kernels import compile_all, compiled
 from shellmb.observers.account.momentum import Momentum
 from shellmb.scene import (
@@ -135,7 +135,7 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
     """At random states: both rows and the energy that is lost, and all blocks of the Jacobian."""
     found = []
     for quadratic in (True, False):
-        monkeypatch.setattr(elastic, "quadratic_strains", lambda shell, is_so=quadratic: is_so)
+        monkeypatch.setattr(ElasticShell, "quadratic", quadratic)
         scene = plate("ed3", 0.5, supports=Clamped("left"))
         problem, rng = Simulation(scene).problem, np.random.default_rng(7)
         levels, (body,) = problem.levels["plate"], problem.model.bodies

@@ -14,7 +14,6 @@ from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
 from shellmb.model.model import Model
-from shellmb.model.shells.elastic import stiffness_at_rest
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import (
@@ -199,7 +198,7 @@ def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
     shell = Shell("plate", Rectangle(1.0, 1.0), damped, mesh=(2, 2))
     body = Model(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
     bound = body.shells["plate"]
-    membrane, coupling, bend, shear = stiffness_at_rest(bound, bound.section.formulation)
+    membrane, coupling, bend, shear = bound.stiffness_at_rest(bound.section.formulation)
     assert coupling is None
     elastic = Isotropic(E, nu, thickness=h, density=RHO)
     assert membrane.value == pytest.approx(1e-3 * elastic.A, rel=1e-12)

@@ -19,7 +19,7 @@ def moved(plan: layout.Layout, fraction: float, seed: int = 1) -> Floats:
     """Coordinates of nodes whose vertices are moved along each axis, as `layout.distorted`."""
     count = vertex_count(plan.cell)
     vertices = np.unique(plan.cells[:, :count])
-    inner = np.setdiff1d(vertices, boundary_facets(plan.cells, plan.cell))
+    inner = np.setdiff1d(vertices, boundary_facets(plan.cells, plan.cell)[0])
     x = plan.plane
     inner = inner[np.lexsort(np.round(x[inner], 9).T[::-1])]
     cells = [len(np.unique(np.round(x[vertices, k], 9))) - 1 for k in range(2)]

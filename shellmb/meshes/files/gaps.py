@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.files.joined import sides
-from shellmb.meshes.raw import FACETS, RawMesh, boundary_facets, facets
+from shellmb.meshes.raw import RawMesh, boundary_facets
 
 # a node lies on a side or a cell that is nearer than this part of the sides around both
 NEAR = 1e-2
@@ -67,13 +67,8 @@ class _Search:
         self.short = sides(raw.x, raw.cells, raw.cell).min(axis=1)
         self.size = np.full(len(raw.x), np.inf)
         np.minimum.at(self.size, self.corners.ravel(), np.repeat(self.short, self.corners.shape[1]))
-        self.sides = boundary_facets(raw.cells, raw.cell)
-        every = facets(raw.cells, raw.cell).reshape(-1, 2)
-        keys = every[:, 0] * len(raw.x) + every[:, 1]
-        order = np.argsort(keys)
-        wanted = self.sides[:, 0] * len(raw.x) + self.sides[:, 1]
         # the only cell of each side of the boundary
-        self.owner = order[np.searchsorted(keys[order], wanted)] // len(FACETS[raw.cell])
+        self.sides, self.owner = boundary_facets(raw.cells, raw.cell)
 
     def found(self) -> list[Gap]:
         """Sides first, then nodes that lie in cells."""

@@ -212,7 +212,7 @@ def distorted(layout: Layout, fraction: float) -> Floats:
     corners = layout.cells[:, : vertex_count(layout.cell)]
     moved = np.zeros(len(layout.plane), dtype=bool)
     moved[np.unique(corners)] = True
-    moved[boundary_facets(layout.cells, layout.cell)] = False
+    moved[boundary_facets(layout.cells, layout.cell)[0]] = False
     k = np.arange(int(moved.sum()))
     angle = np.pi * (3 - np.sqrt(5)) * k
     shift = np.zeros_like(layout.plane)

@@ -83,7 +83,7 @@ def _edges(layout: Layout, names: tuple[str, ...], pole: bool) -> dict[str, Ints
     if pole:  # where every xi is as good as another
         on["left"] |= on["bottom"]
         on["right"] |= on["bottom"]
-    boundary = boundary_facets(layout.cells, layout.cell)
+    boundary, _ = boundary_facets(layout.cells, layout.cell)
     return {name: boundary[on[name][boundary].all(axis=1)] for name in names}
 
 

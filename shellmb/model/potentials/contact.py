@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -23,14 +23,13 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.meshes.nodes import node_mesh
 from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
 from shellmb.model.locations.ends import End, EndGroup, change_of
-from shellmb.model.locations.nodes import Finder, said_point
+from shellmb.model.locations.nodes import said_point
 from shellmb.model.massless import NodeGroup, Places, gathered
 from shellmb.model.potentials.obstacles import shape_of
-from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.user_forms import written
 from shellmb.native.expressions import values_at_states
-from shellmb.scene import Scene
 from shellmb.scene.loads.contacts import Contact, Potential
 from shellmb.scene.lookup import said
 
@@ -395,40 +394,24 @@ def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
 
 
 def potential_groups(
-    scene: Scene,
-    comm: MPI.Comm,
-    find: Finder,
-    meshed: Mapping[str, MeshedBody],
-    rigid_meshes: Mapping[str, MeshedBody],
-    reduced: Mapping[str, Points],
-    length: float,
+    points_of: ActingPoints, comm: MPI.Comm, length: float
 ) -> tuple[list[UserPotential], list[ContactGroup]]:
     """All potentials and contacts of a scene; collective.
 
     Args:
-        scene: The scene as it was given, with its rigid shells and beams.
+        points_of: Finds where they act.
         comm: Communicator.
-        find: Places on bodies.
-        meshed: Shells and beams.
-        rigid_meshes: Meshes of those that are rigid.
-        reduced: Points on bodies in modes, by the names of what acts there.
         length: Size of the scene, m.
 
     Raises:
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
-
-    def points_of(item: Potential | Contact) -> Points:
-        (body,) = scene.bodies_of(item)
-        given = item.at, find, meshed, rigid_meshes, said(item)
-        return reduced.get(item.name) or acting_points(body.name, *given)
-
+    scene, contacts = points_of.scene, list[ContactGroup]()
     potentials = [UserPotential(p, comm, points_of(p), length) for p in scene.potentials]
-    contacts: list[ContactGroup] = []
     for item in scene.contacts:
         if not item.obstacle.deforms:
-            points, name = points_of(item), item.obstacle_body
-            carrier = None if name is None else find(name, None, said(item))
-            contacts.append(ContactGroup(item, comm, points, length, carrier))
+            name = item.obstacle_body
+            carrier = None if name is None else points_of.find(name, None, said(item))
+            contacts.append(ContactGroup(item, comm, points_of(item), length, carrier))
             contacts[-1].check_start()
     return potentials, contacts

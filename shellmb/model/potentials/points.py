@@ -6,36 +6,27 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem, la
-from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
-from shellmb.forms.constraints.joints import Place
-from shellmb.forms.state import Layout
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
 from shellmb.model.locations.nodes import Finder, shared_nodes, values_at
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
+from shellmb.scene import Scene
+from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import as_names
 
 MeshedBody = ShellModel | BeamModel
 
 # part of the distance of two nodes: a third one that is so near to their middle is between them
 BETWEEN = 0.26
-
-
-class PointPlaces(Places, Protocol):
-    """Places of points at the nodes of a group."""
-
-    def place(self, q: Expr, layout: Layout) -> Place:
-        """The points and their directors at a state."""
-        ...
 
 
 def _alone() -> Ints:
@@ -61,7 +52,7 @@ class Points:
     # whether positions are linear in the state
     linear = True
 
-    def bound(self, turns: bool) -> PointPlaces:
+    def bound(self, turns: bool) -> Places:
         """The points at nodes of a group; `turns`: whether directors matter."""
         ends = self.ends
         axes = np.array([end.directors if end.framed else np.eye(3) for end in ends])
@@ -69,36 +60,49 @@ class Points:
         return EndGroup(ends, axes, "1", turns or arms)
 
 
-def acting_points(
-    name: str,
-    on: Any,
-    find: Finder,
-    meshed: Mapping[str, MeshedBody],
-    rigid_meshes: Mapping[str, MeshedBody],
-    who: str,
-) -> Points:
-    """Points of a body where something acts; collective.
+class ActingPoints:
+    """Finds the points of bodies where potentials and contacts act; collective.
 
     Args:
-        name: Name of the body.
-        on: Where on it, as of a contact.
+        scene: The scene as it was given, with its rigid shells and beams.
         find: Places on bodies.
         meshed: Shells and beams.
-        rigid_meshes: Meshes of the shells and beams that are rigid.
-        who: Who asks, for the error.
-
-    Raises:
-        SceneError: If there is no such place.
+        rigid_meshes: Meshes of those that are rigid.
+        reduced: Points on bodies in modes, by the names of what acts there.
     """
-    if name in meshed:
-        return points_on(meshed[name], on, who)
-    center = find(name, None, who)
-    if name in rigid_meshes:
-        found = points_on(rigid_meshes[name], on, who)
-        return replace(found, ends=[replace(center, point=end.point) for end in found.ends])
-    places = on if isinstance(on, tuple) and isinstance(on[0], str) else (on,)
-    ends = [find(name, place, who) for place in places]
-    return Points(ends, np.ones(len(ends)))
+
+    def __init__(
+        self,
+        scene: Scene,
+        find: Finder,
+        meshed: Mapping[str, MeshedBody],
+        rigid_meshes: Mapping[str, MeshedBody],
+        reduced: Mapping[str, Points],
+    ) -> None:
+        self.scene, self.find, self._reduced = scene, find, reduced
+        self._meshed, self._rigid_meshes = meshed, rigid_meshes
+
+    def __call__(self, item: Any) -> Points:
+        """Points of the body of a potential or contact.
+
+        Args:
+            item: It.
+
+        Raises:
+            SceneError: If there is no such place.
+        """
+        (body,), who = self.scene.bodies_of(item), said(item)
+        if item.name in self._reduced:
+            return self._reduced[item.name]
+        if body.name in self._meshed:
+            return points_on(self._meshed[body.name], item.at, who)
+        center = self.find(body.name, None, who)
+        if body.name in self._rigid_meshes:
+            found = points_on(self._rigid_meshes[body.name], item.at, who)
+            return replace(found, ends=[replace(center, point=end.point) for end in found.ends])
+        named = isinstance(item.at, tuple) and isinstance(item.at[0], str)
+        ends = [self.find(body.name, at, who) for at in (item.at if named else (item.at,))]
+        return Points(ends, np.ones(len(ends)))
 
 
 def points_on(body: MeshedBody, on: Any, who: str) -> Points:

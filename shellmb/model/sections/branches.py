@@ -21,6 +21,7 @@ from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import Straining, at_state, taken
+from shellmb.forms.steps.mixed import MixedStrains
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
@@ -60,20 +61,20 @@ class StrainDamping:
             def over_time(densities: Sequence[Expr], on: Integrate = part.integrate) -> Form:
                 return on([density / along.dt for density in densities])
 
-            terms.append(path_terms(*part.common, along.rows, tests, trial, over_time))
+            terms.append(path_terms(part.common, along.rows, tests, trial, over_time))
         return reduce(joined, terms)
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
         works = (
-            part.integrate([-density / along.dt for density in taken(*part.common, along)])
+            part.integrate([-density / along.dt for density in taken(part.common, along)])
             for part in self._parts
         )
         return reduce(add, works)
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
-        works = (part.integrate(at_state(*part.common, q, v, dq)) for part in self._parts)
+        works = (part.integrate(at_state(part.common, q, v, dq)) for part in self._parts)
         return reduce(add, works)
 
 
@@ -250,7 +251,8 @@ class Branches:
         def integrate(densities: Sequence[Expr]) -> Form:
             return densities[0] * self._dx
 
-        return path_terms(self._section, layout, self._strain, along.rows, tests, trial, integrate)
+        of = MixedStrains(self._section, layout, self._strain)
+        return path_terms(of, along.rows, tests, trial, integrate)
 
     def springs(self, mean: bool) -> tuple[Expr, Expr]:
         """Strain of the springs, of all times by their factors, and its stress.

@@ -314,33 +314,9 @@ def bind_section(
     Raises:
         SceneError: If functions of the position fail, or a thickness is not positive somewhere.
     """
-    if isinstance(shell.section, LinearSection):
-        return _bind_linear(shell, shell.section, domain, tying, like, at_rest)
     section = shell.section
-    assert isinstance(section, Hyperelastic | Wrinkling)
-    energy = tension_field if isinstance(section, Wrinkling) else section.energy
-    parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
-    N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
-    strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
-    resists_all(energy, strains, parameters, who)
-    nonlinear = NonlinearMixed(
-        psi=lambda strains: written(energy, (strains, parameters), who),
-        N0=N0,
-        a=_share(domain, section.thickness),
-        thickness=_constant(domain, section.thickness),
-        kinked=isinstance(section, Wrinkling),
-    )
-    return BoundSection(nonlinear, N0, Sizes(section.thickness, section.stiffness, section.mass[0]))
-
-
-def _bind_linear(
-    shell: Shell,
-    section: LinearSection,
-    domain: mesh.Mesh,
-    tying: Tying,
-    like: BoundSection | None,
-    at_rest: bool,
-) -> BoundSection:
+    if not isinstance(section, LinearSection):
+        return _bind_energy(shell, domain)
     fields = SectionFields(shell, domain, at_rest)
     if like is None:
         membrane, shear = (fields.largest(partial(_largest, name)) for name in ("A", "G"))
@@ -366,6 +342,25 @@ def _bind_linear(
     A = fields.of(lambda at: at.A) if shell.stretching else stiff
     own = LinearOwn(A, D, G if shell.transverse_shear else stiff, N0, a, G, tying, B)
     return BoundSection(own, force, sizes)
+
+
+def _bind_energy(shell: Shell, domain: mesh.Mesh) -> BoundSection:
+    """A section of any strain energy density."""
+    section = shell.section
+    assert isinstance(section, Hyperelastic | Wrinkling)
+    energy = tension_field if isinstance(section, Wrinkling) else section.energy
+    parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
+    N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
+    strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
+    resists_all(energy, strains, parameters, who)
+    nonlinear = NonlinearMixed(
+        psi=lambda strains: written(energy, (strains, parameters), who),
+        N0=N0,
+        a=_share(domain, section.thickness),
+        thickness=_constant(domain, section.thickness),
+        kinked=isinstance(section, Wrinkling),
+    )
+    return BoundSection(nonlinear, N0, Sizes(section.thickness, section.stiffness, section.mass[0]))
 
 
 def _largest(name: str, at: Layup) -> Floats:

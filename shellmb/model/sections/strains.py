@@ -22,7 +22,7 @@ from shellmb.forms.steps.general_strains import (
     QuadraticStrain,
     StrainPath,
 )
-from shellmb.forms.steps.mixed import Interval, MixedSection
+from shellmb.forms.steps.mixed import Interval, MixedStrains
 from shellmb.forms.steps.mixed_nonlinear import (
     NonlinearMixed,
     NonlinearPath,
@@ -35,9 +35,7 @@ from shellmb.model.body import Elastic, SubInterval, Term
 
 
 def path_terms(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
+    of: MixedStrains,
     rows: Rows,
     tests: Sequence[Expr],
     trial: Expr,
@@ -48,9 +46,7 @@ def path_terms(
     So a residual takes the strains of the states once.
 
     Args:
-        section: Its mixed form.
-        layout: Parts of the state.
-        strain: Its strains.
+        of: Strains with their section.
         rows: What the rows are made of.
         tests: Virtual displacement of each row.
         trial: Trial function of the space of an unknown state.
@@ -58,32 +54,30 @@ def path_terms(
     """
     states, stresses, single = rows.states[: rows.moving], rows.stresses, (_single(trial),)
     # strains once for all forms: most of the time to write these down is theirs
-    strains = [moment_of(strain, stress.moment, states) for stress in stresses]
-    common = section, layout, strain, states, strains
-    residual = _stress_work(*common, stresses, tuple(tests), integrate)
+    strains = [moment_of(of.strain, stress.moment, states) for stress in stresses]
+
+    def work(stresses: Sequence[Stress], tests: Sequence[Expr]) -> Form:
+        return integrate(_stress_work(of, states, stresses, strains, tests))
+
+    residual = work(stresses, tuple(tests))
     if tuple(tests) == single:
         return Term(residual, rows.numbers, (residual,))
-    alone = tuple(
-        _stress_work(*common, [s.in_row(k) for s in stresses], single, integrate)
-        for k in range(len(rows.numbers))
-    )
+    each = range(len(rows.numbers))
+    alone = tuple(work([s.in_row(k) for s in stresses], single) for k in each)
     return Term(residual, rows.numbers, alone)
 
 
 def _stress_work(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
+    of: MixedStrains,
     states: Sequence[Expr],
-    strains: Sequence[Expr],
     stresses: Sequence[Stress],
+    strains: Sequence[Expr],
     tests: Sequence[Expr],
-    integrate: Callable[[list[Expr]], Form],
-) -> Form:
+) -> list[Expr]:
     """Work of some stresses of strains, with what remains of their compatibility."""
     pairs = zip(stresses, strains, strict=True)
-    works = [stress_work(section, layout, strain, states, s, e, tests) for s, e in pairs]
-    return integrate([sum(densities) for densities in zip(*works, strict=True)])
+    works = [stress_work(of, states, s, e, tests) for s, e in pairs]
+    return [sum(densities) for densities in zip(*works, strict=True)]
 
 
 def _single(trial: Any) -> Expr:
@@ -117,9 +111,9 @@ class SectionStrains(Elastic):
     integrate: Integrate
 
     @property
-    def common(self) -> tuple[MixedSection, Layout, Measure]:
-        """Section, places of the state, and strains: what densities are made of."""
-        return self.section, self.layout, self.strain
+    def common(self) -> MixedStrains:
+        """Strains with their section: what densities are made of."""
+        return MixedStrains(self.section, self.layout, self.strain)
 
     def energy(self, q: Expr) -> Form:
         """Energy of a state."""
@@ -131,7 +125,7 @@ class SectionStrains(Elastic):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
-        return self.integrate(interval_work(*self.common, span, dq))
+        return self.integrate(interval_work(self.common, span, dq))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
@@ -159,11 +153,11 @@ class Strains(SectionStrains):
         """Virtual work with its derivatives; None where the states are no functions."""
         if sub.rows is None:
             return None
-        return path_terms(*self.common, sub.rows, [dq], trial, self.integrate)
+        return path_terms(self.common, sub.rows, [dq], trial, self.integrate)
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        return path_terms(*self.common, step.rows, tests, trial, self.integrate)
+        return path_terms(self.common, step.rows, tests, trial, self.integrate)
 
 
 @dataclass(frozen=True)
@@ -174,7 +168,8 @@ class SeparateRows(SectionStrains):
         """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
         stresses = [s.in_row(k) for s in step.rows.stresses]
         strains = [moment_of(self.strain, s.moment, step.states) for s in stresses]
-        return _stress_work(*self.common, step.states, strains, stresses, (dq,), self.integrate)
+        found = _stress_work(self.common, step.states, stresses, strains, (dq,))
+        return self.integrate(found)
 
 
 @dataclass(frozen=True)
@@ -191,7 +186,7 @@ class GeneralStrains(SectionStrains):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
-        return self.integrate(interval_work(*self.common, span, dq, ExactInterval(self.weight)))
+        return self.integrate(interval_work(self.common, span, dq, ExactInterval(self.weight)))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord.
@@ -200,9 +195,9 @@ class GeneralStrains(SectionStrains):
         """
 
         def row(k: int, dq: Expr, exact: bool = True) -> Form:
-            return self.integrate(general_work(*common, k, dq, exact))
+            return self.integrate(general_work(self.common, along, step.path, k, dq, exact))
 
-        common = self.section, self.layout, self._over(step.states), step.path
+        along = self._over(step.states)
         residual = row(0, tests[0]) + row(1, tests[1])
         alone = tuple(row(k, _single(trial), exact=False) for k in (0, 1))
         return Term(residual, step.rows.numbers, alone)

@@ -12,14 +12,13 @@ from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.forms import contact
 from shellmb.model.locations.ends import End
-from shellmb.model.locations.nodes import Finder, said_point, shared_nodes
+from shellmb.model.locations.nodes import said_point, shared_nodes
 from shellmb.model.potentials.contact import TOUCHING
-from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.shell_contact.facets import Candidates, crossings, facets_of, find, nearest
 from shellmb.model.shell_contact.mean_distance_slopes import Families, Places
 from shellmb.model.shell_contact.uncovered_contact import Between
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene import Scene
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.lookup import said
 
@@ -89,7 +88,7 @@ class FacesContact:
     Args:
         item: Description.
         points: The points.
-        body: The shell or beam that has them; None: they are of a rigid body.
+        body: The shell that has them; None: they are of a beam or a rigid body.
         shell: The shell that has the faces; may be the same one.
         length: Size of the scene, m.
 
@@ -115,7 +114,7 @@ class FacesContact:
         self,
         item: Contact,
         points: Points,
-        body: MeshedBody | None,
+        body: ShellModel | None,
         shell: ShellModel,
         length: float,
     ) -> None:
@@ -142,7 +141,7 @@ class FacesContact:
         self.law = Law(reach, item.stiffness * points.weights[has], item)
         self.facets = facets_of(shell, self.x_dofs[:, 0])
         own = None
-        if item.at is None and body and body.described.directors == 1 and not self.alone:
+        if item.at is None and body is not None and not self.alone:
             own = facets_of(body, self.whole_dofs[:, 0])
         apart = self._far_along()
         self._apart = None if apart is None else apart[has]
@@ -312,35 +311,23 @@ def _arms(ends: Sequence[End]) -> tuple[Floats, Ints]:
 
 
 def faces_contacts(
-    scene: Scene,
-    find: Finder,
-    meshed: Mapping[str, MeshedBody],
-    rigid_meshes: Mapping[str, MeshedBody],
-    shells: Mapping[str, ShellModel],
-    length: float,
+    points_of: ActingPoints, shells: Mapping[str, ShellModel], length: float
 ) -> list[FacesContact]:
     """All contacts with faces of shells; collective.
 
     Args:
-        scene: The scene.
-        find: Places on bodies.
-        meshed: Shells and beams.
-        rigid_meshes: Meshes of those that are rigid.
-        shells: The shells among them.
+        points_of: Finds where they act.
+        shells: The shells.
         length: Size of the scene, m.
 
     Raises:
         SceneError: If there is no such place, or points touch at the start.
     """
-    found = []
+    found, scene = [], points_of.scene
     for item in scene.contacts:
         faces: Any = item.obstacle
-        if not faces.deforms:
-            continue
-        (body,) = scene.bodies_of(item)
-        points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
-        shell = shells[faces.shell]
-        contact = FacesContact(item, points, meshed.get(body.name), shell, length)
-        contact.check_start()
-        found.append(contact)
+        if faces.deforms:
+            (body,), shell = scene.bodies_of(item), shells[faces.shell]
+            found.append(FacesContact(item, points_of(item), shells.get(body.name), shell, length))
+            found[-1].check_start()
     return found

@@ -80,9 +80,8 @@ class DiscreteShell(MassiveBody):
         domain = surface_mesh.mesh
         own = has_own_strains(shell, domain)
         super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
-        self.director = self.frames = reference_director(
-            surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
-        )
+        nodal = self.mixed.subspaces["u"]
+        self.director = self.frames = reference_director(surface_mesh, nodal)
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
         self.tying = maps = bind_tying(domain, shell, self.surface)

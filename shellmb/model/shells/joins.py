@@ -17,12 +17,13 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import KINDS, Place
+from shellmb.forms.constraints.nodal import locked_kink
 from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes, shown
 from shellmb.model.shells.shell import ShellModel
-from shellmb.model.supports.prescribed import NodalConstraint, Prescribed, kink
+from shellmb.model.supports.prescribed import NodalConstraint, NodalVector, Prescribed
 from shellmb.model.supports.supports import turning
 from shellmb.scene import Beam, Glue, Join, Scene
 from shellmb.scene.loads.supports import Driven
@@ -71,15 +72,20 @@ def join_shells(
             _set_directors(body, nodes, mean)
         return links, None
     scale = float(first.section.force.value) * first.surface_mesh.length
-    constraint = kink(
+    vectors: dict[str, NodalVector] = {
+        "d1": (first.name, a.dofs["w"], a.director),
+        "d2": (second.name, b.dofs["w"], b.director),
+    }
+    # the angle between the directors of both shells is locked at each node of the edge
+    return links, NodalConstraint(
         f"kink between '{first.name}' and '{second.name}'",
         first.surface_mesh.mesh.comm,
-        (first.name, a.dofs["w"], a.director),
-        (second.name, b.dofs["w"], b.director),
+        vectors,
+        lambda d1, d2, angle: [locked_kink(d1, d2, angle)],
         scale,
         a.x,
+        data=cosine[:, None],
     )
-    return links, constraint
 
 
 def _coincide(a: Nodes, b: Nodes, first: ShellModel, who: str) -> None:

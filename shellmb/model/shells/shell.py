@@ -32,30 +32,18 @@ from shellmb.model.body import LoadFactors, Manifold, Rates, largest
 from shellmb.model.frames.frame import FRAME, Floating
 from shellmb.model.massless import TimedLoads
 from shellmb.model.multipliers import Constraints
-from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import Arm, Rules, mass_arm
-from shellmb.model.sections.strains import HyperelasticStrains, SectionStrains
-from shellmb.model.shells.discrete_shell import DiscreteShell
-from shellmb.model.shells.elastic import (
-    forces_of,
-    maxwell_branches,
-    shell_strains,
-    strain_damping,
-)
+from shellmb.model.sections.strains import HyperelasticStrains
+from shellmb.model.shells.elastic import ElasticShell
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
 from shellmb.scene.loads import loads as scene_loads
 
 
-class ShellModel(DiscreteShell):
+class ShellModel(ElasticShell):
     """A shell body: energies, and virtual work of all that acts in it."""
-
-    @cached_property
-    def elastic(self) -> tuple[SectionStrains, ...]:
-        """Strains of the shell with their section."""
-        return shell_strains(self)
 
     @cached_property
     def constraints(self) -> tuple[Constraints, ...]:
@@ -172,7 +160,7 @@ class ShellModel(DiscreteShell):
         if isinstance(formulation, NonlinearMixed):
             resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
             return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
-        N = forces_of(self, e)
+        N = self.forces_of(e)
         found = formulation.stress(e, N), formulation.joined(e, N)
         return NaturalStress(e, *found, self.strain, self.integrate, *factors)
 
@@ -215,15 +203,6 @@ class ShellModel(DiscreteShell):
         surf = self.surface
         outward = ufl.FacetNormal(self.mixed.space.mesh)
         return Surface(outward, ufl.cross(ufl.cross(surf.e1, surf.e2), outward), surf.D)
-
-    @cached_property
-    def damping(self) -> StrainDamping | None:
-        """Damping of its strains; None without any."""
-        return strain_damping(self)
-
-    def branches(self) -> MaxwellBranches | None:
-        """New Maxwell branches of its section; None without any."""
-        return maxwell_branches(self)
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""

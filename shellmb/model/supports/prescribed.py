@@ -74,23 +74,6 @@ class NodalConstraint(ConstraintGroup):
         self.labels = [f"{name} at {said_point(node, extent)}" for node in x]
 
 
-def kink(
-    name: str, comm: MPI.Comm, first: NodalVector, second: NodalVector, force: float, x: Floats
-) -> NodalConstraint:
-    """The angle between the directors of two shells is locked at each node of their common edge."""
-    assert first[2] is not None and second[2] is not None
-    angle = np.sum(first[2] * second[2], axis=1, keepdims=True)
-    return NodalConstraint(
-        name,
-        comm,
-        {"d1": first, "d2": second},
-        lambda d1, d2, angle: [nodal_forms.locked_kink(d1, d2, angle)],
-        force,
-        x,
-        data=angle,
-    )
-
-
 def plane(
     name: str,
     comm: MPI.Comm,
