@@ -38,14 +38,6 @@ class Measure(NamedTuple):
         """Bilinear part."""
         return self.slope(None, ((1, a),), b)
 
-    def mapped(self, linear: Callable[[Expr], Expr]) -> "Measure":
-        """A linear function of it."""
-        return Measure(
-            lambda q: linear(self.value(q)),
-            lambda q, dq: linear(self.change(q, dq)),
-            lambda c, pairs, dq: linear(self.slope(c, pairs, dq)),
-        )
-
     def beside(
         self, linear: Callable[[Expr], Expr], join: Callable[[Expr, Expr], Expr]
     ) -> "Measure":

@@ -5,7 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
 class ShellmbError(Exception):
@@ -84,10 +88,12 @@ class TooFewModesError(ConvergenceError):
     Args:
         count: Number of modes that were requested.
         there: Number of modes that there are.
+        said: What happened and what to try; None: the number is said.
     """
 
-    def __init__(self, count: int, there: int) -> None:
-        super().__init__(f"modes: count is {count}; there are {there} modes, request no more")
+    def __init__(self, count: int, there: int, said: str | None = None) -> None:
+        known = f"modes: count is {count}; there are {there or 'no'} modes"
+        super().__init__(said or known + (", request no more" if there else ""))
         self.there = there
 
 
@@ -143,3 +149,43 @@ def petsc_in_words() -> Iterator[None]:
             "without area, and stiffness, mass or directions that are zero or not finite "
             f"(PETSc: {text})"
         ) from error
+
+
+@contextlib.contextmanager
+def alike(comm: MPI.Comm) -> Iterator[None]:
+    """Context in which what fails on one rank fails on all of them; collective.
+
+    Args:
+        comm: The ranks.
+
+    Raises:
+        SceneError: On all ranks, that of the first one that fails; and so are others.
+    """
+    wrong: Exception | None = None
+    try:
+        yield
+    except Exception as error:
+        if comm.size == 1:
+            raise
+        # not every error can be sent: those of user code go as text
+        wrong = error if isinstance(error, ShellmbError) else RuntimeError(repr(error))
+    wrong = next((each for each in comm.allgather(wrong) if each is not None), None)
+    if wrong is not None:
+        raise wrong
+
+
+def of_first[T](comm: MPI.Comm, read: Callable[[], T]) -> T:
+    """Result that a function has on the first rank, on all ranks; collective.
+
+    Args:
+        comm: The ranks.
+        read: The function, which reads files.
+
+    Raises:
+        SceneError: On all ranks, if it does on the first one; and so are others.
+    """
+    found: Any = None
+    with alike(comm):
+        if comm.rank == 0:
+            found = read()
+    return comm.bcast(found)

@@ -9,7 +9,6 @@ from shellmb.accuracy.estimates import RATIO, ErrorEstimate
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.scene import Scene
-from shellmb.scene.shells.shell import refined_times
 
 # a difference between companions of so many times the quantity: nothing is resolved
 UNRESOLVED = 0.5
@@ -81,7 +80,7 @@ def remarks(
             f"the run has {mine.steps} steps, and in a ninth of them no motion has a shape: errors "
             "of the step are taken as of first order, and are rough"
         )
-    read = [shell.name for shell in scene.shells if refined_times(shell) is not None]
+    read = [shell.name for shell in scene.shells if shell.refined_times is not None]
     if read:
         said.append(
             f"meshes of files ({_listed(read)}) are refined as they are: where edges are chords of "

@@ -1,16 +1,15 @@
 """Comparison runs of a scene: other steps, other elements, other tolerances, exact bodies."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.scene import Scene, Shell
+from shellmb.scene import Scene
 from shellmb.scene.checks.schemes import corners
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.probes import RESULTANTS
-from shellmb.scene.shells.shell import refined_times
-from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step
 POWER = 2.0
@@ -153,7 +152,7 @@ def elements_of(scene: Scene) -> int:
     Args:
         scene: The scene.
     """
-    return sum(s.mesh[0] * s.mesh[1] for s in scene.shells) + sum(b.elements for b in scene.beams)
+    return sum(math.prod(body.sides) for body in scene.meshed)
 
 
 def has_resultants(scene: Scene) -> bool:
@@ -177,16 +176,12 @@ def with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
         SceneError: If a mesh comes from a file, or its numbers of elements are no multiples.
     """
     chosen = [b for b in scene.meshed if body in (None, b.name)]
-    files = [b for b in chosen if isinstance(b, Shell) and refined_times(b) is not None]
+    files = any(b.refined_times is not None for b in chosen)
     if files or any(n % times for n in sides_of(chosen)):
         raise SceneError(f"no mesh has 1/{times} of the elements")
 
     def fewer(b: Any) -> Any:
-        if b not in chosen:
-            return b
-        if isinstance(b, Shell):
-            return replace(b, mesh=(b.mesh[0] // times, b.mesh[1] // times))
-        return replace(b, elements=b.elements // times)
+        return b.with_sides(n // times for n in b.sides) if b in chosen else b
 
     return replace(
         scene, shells=tuple(map(fewer, scene.shells)), beams=tuple(map(fewer, scene.beams))
@@ -195,7 +190,7 @@ def with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
 
 def sides_of(bodies: Iterable[Any]) -> list[int]:
     """Numbers of elements along the sides of shells, and along beams."""
-    return [n for b in bodies for n in (b.mesh if isinstance(b, Shell) else (b.elements,))]
+    return [n for b in bodies for n in b.sides]
 
 
 def is_reduced(scene: Scene) -> bool:
@@ -214,4 +209,4 @@ def _exact(scene: Scene) -> Scene:
 
 
 def _reduced(scene: Scene) -> list[Any]:
-    return [b for b in scene.meshed if b.model == "floating-frame" or isinstance(b.model, Modal)]
+    return [b for b in scene.meshed if b.linear or b.modes]

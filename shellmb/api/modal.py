@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 from shellmb.api.modeshapes import ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run, scene_of
 from shellmb.api.runs import Requested, requested
+from shellmb.errors import TooFewModesError
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import ModesOptions
 from shellmb.options.run import ELEMENTS, AccuracyOptions, Options, take_accuracy
@@ -19,25 +20,32 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 
+# modes that are found if no number is given
+MOST = 6
 # directory to write
 type Out = Path | str | None
 
 
 @overload
-def modes(scene: Run, out: Out = None, count: int = 6, **options: Any) -> StateModes: ...
+def modes(scene: Run, out: Out = None, count: int | None = None, **options: Any) -> StateModes: ...
 @overload
 def modes(
-    scene: Scene | str, out: Out = None, count: int = 6, *, state: Run | Path | str, **options: Any
+    scene: Scene | str,
+    out: Out = None,
+    count: int | None = None,
+    *,
+    state: Run | Path | str,
+    **options: Any,
 ) -> StateModes: ...
 @overload
 def modes(
-    scene: Scene | str, out: Out = None, count: int = 6, *, at: float, **options: Any
+    scene: Scene | str, out: Out = None, count: int | None = None, *, at: float, **options: Any
 ) -> StateModes: ...
 @overload
 def modes(
     scene: Scene | str,
     out: Out = None,
-    count: int = 6,
+    count: int | None = None,
     loaded: bool = False,
     *,
     rates: Sequence[float],
@@ -45,7 +53,11 @@ def modes(
 ) -> RotatingModes: ...
 @overload
 def modes(
-    scene: Scene | str, out: Out = None, count: int = 6, loaded: bool = False, **options: Any
+    scene: Scene | str,
+    out: Out = None,
+    count: int | None = None,
+    loaded: bool = False,
+    **options: Any,
 ) -> ModeShapes: ...
 @takes(
     *options_of(ModesOptions),
@@ -55,7 +67,7 @@ def modes(
 def modes(
     scene: Scene | Run | str,
     out: Path | str | None = None,
-    count: int = 6,
+    count: int | None = None,
     loaded: bool = False,
     *,
     parameters: Mapping[str, Any] | None = None,
@@ -69,7 +81,7 @@ def modes(
         scene: A scene, the name of a bundled one, or the path of a Python file; or a run, whose
             last state is meant then.
         out: Directory to write, new or empty; None: a temporary one.
-        count: Number of modes.
+        count: Number of modes; None: six, or as many as there are.
         loaded: Whether about the static equilibrium under the scene's loads.
         parameters: Values of the parameters of a scene that is named.
         pictures: Whether the modes are drawn; None: where `out` is given.
@@ -99,7 +111,7 @@ def write_modes(
     wanted: Requested,
     chosen: ModesOptions,
     accuracy: AccuracyOptions | None,
-    count: int,
+    count: int | None,
     directory: Path,
     comm: MPI.Comm,
     pictures: bool,
@@ -111,12 +123,19 @@ def write_modes(
         wanted: The scene.
         chosen: What they are about.
         accuracy: The error that finer and finer meshes have to meet; None: there is none.
-        count: Number of modes.
+        count: Number of modes; None: up to `MOST`.
         directory: Directory to write.
         comm: Communicator.
         pictures: Whether they are drawn.
         **more: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
     """
+    if count is None:
+        try:
+            return write_modes(wanted, chosen, accuracy, MOST, directory, comm, pictures, **more)
+        except TooFewModesError as error:
+            if error.there == 0:
+                raise
+            count = error.there
     if accuracy is not None:
         of = replace(accuracy, modes=True, loaded=chosen.loaded, count=count)
         found: Any = wanted.run(directory, comm, pictures, of, **more)

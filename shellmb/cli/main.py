@@ -180,7 +180,9 @@ def resume(
 )
 def modes(
     scene: SceneArgument,
-    count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
+    count: Annotated[
+        int | None, typer.Option(min=1, help="Number of modes; six at most if not given.")
+    ] = None,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
@@ -215,13 +217,13 @@ def modes(
 
     from mpi4py import MPI
 
-    from shellmb.api.modal import write_modes
+    from shellmb.api.modal import MOST, write_modes
 
     kind, world = "modes" if accuracy is None else "modes-accuracy", MPI.COMM_WORLD
     directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
     told = {} if accuracy is None else _reports(wanted.scene.name, quiet, True)
     found = write_modes(wanted, chosen, accuracy, count, directory, world, not no_pictures, **told)
-    return finish(found, quiet=quiet, check=module.check if check else None, count=count)
+    return finish(found, quiet=quiet, check=module.check if check else None, count=count or MOST)
 
 
 @app.command()

@@ -5,7 +5,6 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, Cautions, RunWarning, Watch, said_of
 from shellmb.model.body import strain_energy
-from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
@@ -51,7 +50,7 @@ class SmallDisplacements(Watch):
         for body in nodal_bodies(simulation.model).values():
             largest, when = self._worst(simulation, body.name)
             if largest > SMALL_ANGLE:
-                rigid = isinstance(body, RigidBodies)
+                rigid = body is simulation.model.rigid
                 name = None if rigid else body.name
                 says = (
                     f"{said_of(simulation, body.name)} {'turn' if rigid else 'turns'} by "

@@ -17,7 +17,6 @@ import numpy as np
 from shellmb.diagnostics.base import Cautions, Watch, remedies, said_of
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.preprocessing.modal.tangent import stretching
 from shellmb.simulate.simulation import Simulation
 
 
@@ -79,8 +78,7 @@ class StiffSpin(Watch):
 
 def _wave_speed(body: ShellModel | BeamModel) -> float:
     """Speed of longitudinal waves, m/s; infinite where nothing stretches, 0 without mass."""
-    stiffness, mass, _ = stretching(body)
-    described = body.shell if isinstance(body, ShellModel) else body.beam
+    stiffness, mass = body.stretching
     if not mass > 0:
         return 0.0
-    return float(np.sqrt(stiffness / mass)) if described.stretching else np.inf
+    return float(np.sqrt(stiffness / mass)) if body.described.stretching else np.inf

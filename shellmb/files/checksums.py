@@ -45,3 +45,13 @@ def is_intact(values: Mapping[str, Any]) -> bool:
         values: They.
     """
     return values.get(CHECKSUM) == add_checksum(values)[CHECKSUM]
+
+
+def seal_grid(content: bytes) -> bytes:
+    """A file of a grid with its checksum, in a comment behind its first line.
+
+    Args:
+        content: Its content, which is XML.
+    """
+    first, _, rest = content.partition(b"\n")
+    return b"\n".join((first, f"<!-- sha256 {checksum(first + rest)} -->".encode(), rest))

@@ -17,18 +17,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.files.checksums import checksum
+from shellmb.files.checksums import seal_grid
 from shellmb.files.reading import read_bytes
-
-
-def seal_grid(content: bytes) -> bytes:
-    """A file with its checksum.
-
-    Args:
-        content: Its content, as VTK writes it.
-    """
-    first, _, rest = content.partition(b"\n")
-    return b"\n".join((first, f"<!-- sha256 {checksum(first + rest)} -->".encode(), rest))
 
 
 def read_grid(file: Path, only: str | None = None) -> vtkUnstructuredGrid:

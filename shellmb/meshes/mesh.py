@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.errors import SceneError, ShellmbError
+from shellmb.errors import SceneError, of_first
 from shellmb.meshes.raw import CELLS, RawMesh, cell_cross, check_extent, vertex_count
 from shellmb.meshes.regions import refined, with_areas, with_edges
 from shellmb.meshes.shared import Described, shared_mesh
@@ -126,7 +126,7 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
     Raises:
         SceneError: On every rank alike, if the surface cannot be meshed as described.
     """
-    raw = _on_first_rank(shell, comm)
+    raw = of_first(comm, lambda: _raw(shell))
     corners = raw.x[raw.vertices]
     check_extent(np.abs(cell_cross(corners)).max(axis=1), "m^2", f"shell '{shell.name}'")
     mesh = _distribute(raw, comm)
@@ -144,25 +144,6 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
             for name, cells in raw.areas.items()
         },
     )
-
-
-def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
-    """The whole mesh, made on rank 0 and known on every rank; an error is raised on every rank."""
-    outcome: RawMesh | Exception | None = None
-    if comm.rank == 0:
-        try:
-            outcome = _raw(shell)
-        except Exception as error:
-            if comm.size == 1:
-                raise
-            # not every error can be sent: those of user code go as text
-            expected = isinstance(error, ShellmbError)
-            outcome = error if expected else RuntimeError(f"shell '{shell.name}': {error!r}")
-    outcome = comm.bcast(outcome, root=0)
-    if isinstance(outcome, Exception):
-        raise outcome
-    assert outcome is not None
-    return outcome
 
 
 def _raw(shell: Shell) -> RawMesh:

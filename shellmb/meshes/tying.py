@@ -27,8 +27,6 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import basix
 import basix.ufl
 import numpy as np

@@ -258,6 +258,8 @@ class Body:
         damping: Damping of its strains, a `StrainDamping`; None without any.
         slowing: Rate of its damping in proportion to the mass, 1/s; None without any.
         manifold: Directors of the body.
+        arms: Arms from a frame at whose ends forces act on it, shape (n, 3), m; None: none.
+        follows: Whether its places follow from other bodies, see `follow`.
     """
 
     kinematic: frozenset[str] = frozenset()
@@ -266,6 +268,8 @@ class Body:
     damping: Any = None
     slowing: fem.Constant | None = None
     manifold: Manifold = Manifold()
+    follows: bool = False
+    arms: Any = None
 
     def __init__(
         self,
@@ -290,6 +294,16 @@ class Body:
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`; None if massless."""
         return None
+
+    def follow(self, q: Values) -> None:
+        """Find its places in a local state from what it shares with other bodies."""
+
+    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
+        """Positions and directors at a state, by the parts that hold their changes.
+
+        Directors are the part "w".
+        """
+        return {}
 
     def loads(self) -> LoadFactors | None:
         """A new set of the body's loads, for one stage; None without loads."""
@@ -325,12 +339,9 @@ class MassiveBody(Body):
         """Reference positions of the local nodes (owned and ghost), shape (n, 3), m."""
         return self.mixed.nodes("u")
 
-    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
-        """Positions and directors at a state, by the parts that hold their changes.
-
-        Directors are the part "w".
-        """
-        raise NotImplementedError
+    def sizes_at(self, x: Values) -> dict[str, Any]:
+        """Sizes of its section at positions (3, n) by their names in files, m."""
+        return {}
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
@@ -357,11 +368,11 @@ def rigid_rate(
         shift: Added to the rates of positions, shape (3,).
         about: Point that positions are seen from, shape (3,), m; None: the origin.
     """
-    if not isinstance(body, MassiveBody):
+    places, parts = body.vectors_at(q), body.mixed.parts
+    if not places:
         return 0 * q
-    parts = body.mixed.parts
     components: list[Expr] = [ufl.as_ufl(0.0)] * sum(size for _, size in parts.values())
-    for part, vectors in body.vectors_at(q).items():
+    for part, vectors in places.items():
         first, place = parts[part][0], part != "w"
         for k, vector in enumerate(vectors):
             new = of(vector - about if place and about is not None else vector)

@@ -41,10 +41,9 @@ from shellmb.model.supports.pointloads import point_loads
 from shellmb.model.supports.prescribed import NodalConstraint, Prescribed
 from shellmb.model.supports.supports import SupportRows, refuse_idle_loads
 from shellmb.model.unknowns import aliases, resolve_links
-from shellmb.model.user_bodies.placed import PlacedBody, build_own_bodies
+from shellmb.model.user_bodies.placed import build_own_bodies
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import Gravity, PointLoad
-from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND
 
 # times, in parts of the run, at which what supports prescribe is compared: its ends, and times
@@ -106,9 +105,9 @@ class Model:
         kinks = self._join()
         # joins change directors: lines of shells come after them
         lines = {
-            beam.name: line_along(beam, self.shells[beam.curve.shell])
+            beam.name: line_along(beam, self.shells[beam.along])
             for beam in scene.beams
-            if beam.curve.shell is not None
+            if beam.along is not None
         }
         own_lines = {name: along.line for name, along in lines.items()}
         self.beams = {
@@ -120,15 +119,14 @@ class Model:
         doubt_units(comm, scene, self.meshed.values())
         doubt_natural(comm, scene.t_end, self.meshed)
 
-        own = build_own_bodies(scene, comm)
-        self.own = {name: body for name, body in own.items() if isinstance(body, PlacedBody)}
+        own, self.own = build_own_bodies(scene, comm)
         places: dict[str, Any] = {**self.meshed, **self.own}
         self.length = self._length() if length is None else length
         self.force = self._force() if force is None else force
         scale = Scale(comm, self.force, self.length)
 
         self.rigid = self._rigid(scale)
-        self.bodies: list[Body] = [*self.shells.values(), *self.beams.values(), *own.values()]
+        self.bodies: list[Body] = [*self.shells.values(), *self.beams.values(), *own]
         self.bodies += [] if self.rigid is None else [self.rigid]
         self.bodies += kinks
         if self.rigid is not None:
@@ -148,7 +146,9 @@ class Model:
 
         self.bodies += point_loads(scene, comm, find)
         touched, meshes = modal_points(self.bodies), (self.meshed, self.rigid_meshes)
-        self.potentials = potential_groups(described, comm, find, *meshes, touched, self.length)
+        given = described, comm, find, *meshes, touched, self.length
+        users, self.contacts = potential_groups(*given)
+        self.potentials: list[PotentialGroup] = [*users, *self.contacts]
         self.bodies += self.potentials
 
         self.volumes = enclosed_volumes(scene, scale, self.shells, prescribed)
@@ -214,7 +214,12 @@ class Model:
         tied = scene.joints or scene.force_elements or scene.volumes or scene.own_bodies
         if not (self.beams or self.rigid is not None or tied):
             return False
-        return bool(body.kinematic) or isinstance(body, ConstraintGroup)
+        return bool(body.kinematic) or body in self.constraint_groups
+
+    @cached_property
+    def constraint_groups(self) -> list[ConstraintGroup]:
+        """Bodies that hold others."""
+        return [body for body in self.bodies if isinstance(body, ConstraintGroup)]
 
     @property
     def slides(self) -> bool:
@@ -263,7 +268,7 @@ class Model:
         scene = self.scene
         nodes = [rigid_node(body, scale.length) for body in scene.rigid_bodies]
         ends = [(j.first, j.second) for j in scene.joints]
-        ends += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
+        ends += [(e.first, e.second) for e in scene.point_elements]
         if any(GROUND in pair for pair in ends):
             nodes.append(ground_node())
         if not nodes:

@@ -1,4 +1,4 @@
-"""Checks that all ranks have the same scene, and failures of one rank, which are those of all.
+"""Checks that all ranks have the same scene.
 
 What is random, or requested otherwise, may differ. A function of the user's may have the same code
 on all ranks and give other values, because it asks for its rank, for a random number or for a file
@@ -7,8 +7,6 @@ of the machine. So its values are compared, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
 from mpi4py import MPI
@@ -16,8 +14,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.barrier import first_found
-from shellmb.errors import RunError, SceneError
+from shellmb.errors import RunError, SceneError, alike
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.scene.values.user_functions import GivenFunction, given_functions
@@ -29,43 +26,6 @@ CLOSE = 1e-9
 # where functions of time are compared, in parts of a step: within it and at its end
 INSTANTS = 0.21, 0.79, 1.0
 SEED = "give random numbers a seed, and ask for no rank in a function"
-
-
-@contextmanager
-def alike(comm: MPI.Comm) -> Iterator[None]:
-    """Context in which what fails on one rank fails on all of them; collective.
-
-    Args:
-        comm: The ranks.
-
-    Raises:
-        SceneError: On all ranks, that of the first one that fails.
-    """
-    wrong = None
-    try:
-        yield
-    except SceneError as error:
-        wrong = str(error)
-    wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise SceneError(wrong)
-
-
-def of_first[T](comm: MPI.Comm, read: Callable[[], T]) -> T:
-    """Result that a function has on the first rank, on all ranks; collective.
-
-    Args:
-        comm: The ranks.
-        read: The function, which reads files.
-
-    Raises:
-        SceneError: On all ranks, if it does on the first one.
-    """
-    found: Any = None
-    with alike(comm):
-        if comm.rank == 0:
-            found = read()
-    return comm.bcast(found)
 
 
 def same_on_all(scene: Scene, comm: MPI.Comm) -> None:
@@ -86,39 +46,28 @@ def same_on_all(scene: Scene, comm: MPI.Comm) -> None:
     own = fingerprint(scene, whole=True)
     first: dict[str, Any] = comm.bcast(own)
     found = differences(first, own)
-    wrong = None
-    if found:
-        said = ", ".join(
-            f"{path} is {was} on rank 0 and {now} on rank {comm.rank}"
-            for path, was, now in found[:NAMED]
-        )
-        more = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
-        wrong = f"{said}{more}"
-    wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise SceneError(
-            f"scene '{scene.name}' differs from rank to rank: {wrong}; all ranks must describe the "
-            "same scene: give random numbers a seed, and all ranks the same options"
-        )
-    _same_functions(scene, comm)
-
-
-def _same_functions(scene: Scene, comm: MPI.Comm) -> None:
-    """Refuse functions that give other values from rank to rank where they are tried; collective.
-
-    Raises:
-        SceneError: On all ranks, if one does.
-    """
-    end = scene.t_end
-    own = [(f.path, f.trial(end)) for f in given_functions(scene)]
-    first = comm.bcast(own)
-    wrong = next((a for a, b in zip(first, own, strict=True) if not _close(a[1], b[1])), None)
-    wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise SceneError(
-            f"scene '{scene.name}': {wrong[0]} gives other values from rank to rank; it must give "
-            f"the same on all: {SEED}"
-        )
+    said = ", ".join(
+        f"{path} is {was} on rank 0 and {now} on rank {comm.rank}"
+        for path, was, now in found[:NAMED]
+    )
+    more = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    with alike(comm):
+        if found:
+            raise SceneError(
+                f"scene '{scene.name}' differs from rank to rank: {said}{more}; all ranks must "
+                "describe the same scene: give random numbers a seed, and all ranks the same "
+                "options"
+            )
+    # functions have the same code: their values are compared where they are tried
+    mine = [f.trial(scene.t_end) for f in given_functions(scene)]
+    theirs = comm.bcast(mine)
+    with alike(comm):
+        for function, a, b in zip(given_functions(scene), theirs, mine, strict=True):
+            if not _close(a, b):
+                raise SceneError(
+                    f"scene '{scene.name}': {function.path} gives other values from rank to rank; "
+                    f"it must give the same on all: {SEED}"
+                )
 
 
 def _close(a: Any, b: Any) -> bool:

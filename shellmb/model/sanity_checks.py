@@ -282,7 +282,7 @@ def doubt_unjoined(scene: Scene, comm: MPI.Comm, meshes: Mapping[str, Any]) -> N
         comm: Communicator.
         meshes: Shells and beams by name, those that are rigid among them.
     """
-    shells = {n: _Shell(m) for n, m in meshes.items() if isinstance(m, ShellModel)}
+    shells = {n: _Shell(m) for n, m in meshes.items() if m.described.directors == 1}
     if comm.rank != 0 or len(shells) < 2:
         return
     at_edges, joined, linked, pairs = _connections(scene)

@@ -97,7 +97,9 @@ class Given:
 
     def has(self, numbers: Ints) -> Bools:
         """Find which of some unknowns are given."""
-        return np.isin(numbers, self.numbers)
+        # they are in order, and asked for once by each constraint
+        behind = np.searchsorted(self.numbers, numbers, side="right")
+        return np.asarray(behind > self.place(numbers))
 
     def place(self, numbers: Ints) -> Ints:
         """Find where unknowns are in the list; all of them must be given."""

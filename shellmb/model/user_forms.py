@@ -12,8 +12,6 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import basix.ufl
 import numpy as np
 import ufl
@@ -287,13 +285,10 @@ def own_kind(joint: OwnJoint, framed: tuple[int, int]) -> JointKind:
             )
         return found
 
-    parts = _unknowns(framed, len(joint.values))
-    rows = listed(*_arguments(parts, framed, len(joint.values)))
-    on_first, turns_first, on_second, turns_second, _ = (_of(rows, part) for part in parts)
-    vectors = 3 * any(turns_first), 3 * any(turns_second)
-    moves = zip(on_first, on_second, strict=True)
-    directions = tuple(k for k, depends in enumerate(moves) if not any(depends))
-    return JointKind(len(rows), listed, vectors, directions)
+    on_bodies, _ = _looked_through(listed, framed, len(joint.values))
+    vectors = tuple(3 * any(depends[k] for depends in on_bodies) for k in (1, 3))
+    directions = tuple(k for k, (a, _, b, _) in enumerate(on_bodies) if not (a or b))
+    return JointKind(len(on_bodies), listed, (vectors[0], vectors[1]), directions)
 
 
 @cache
@@ -319,11 +314,6 @@ def _arguments(parts: Groups, framed: tuple[int, int], given: int) -> tuple[Any,
     return (*places, ufl.as_ufl(1.0), *(parts[4][k] for k in range(given)))
 
 
-def _of(rows: list[Expr], part: Expr) -> list[bool]:
-    """Find which rows depend on a kind of unknowns."""
-    return [part in extract_coefficients(row) for row in rows]
-
-
 def check_equations(joint: Joint, kind: JointKind, framed: tuple[int, int], given: int) -> None:
     """See that a joint's equations are as many as it says, quadratic, and about its bodies.
 
@@ -336,10 +326,10 @@ def check_equations(joint: Joint, kind: JointKind, framed: tuple[int, int], give
     Raises:
         SceneError: Names the joint and the row.
     """
-    count, wrong = _looked_through(kind.constraints, framed, given)
-    if count != kind.rows:
+    rows, wrong = _looked_through(kind.constraints, framed, given)
+    if len(rows) != kind.rows:
         raise SceneError(
-            f"{joint.said}: its kind has {kind.rows} rows, and its function returns {count} "
+            f"{joint.said}: its kind has {kind.rows} rows, and its function returns {len(rows)} "
             "constraints; both must be the same number"
         )
     for row, what in wrong:
@@ -349,13 +339,13 @@ def check_equations(joint: Joint, kind: JointKind, framed: tuple[int, int], give
 @cache
 def _looked_through(
     function: Callable[..., list[Expr]], framed: tuple[int, int], given: int
-) -> tuple[int, tuple[tuple[int, str], ...]]:
-    """Number of rows of a function of equations, and what is wrong with which."""
+) -> tuple[list[list[bool]], list[tuple[int, str]]]:
+    """On which unknowns each row of equations depends, and what is wrong with which."""
     parts = _unknowns(framed, given)
     rows = function(*_arguments(parts, framed, given))
     sizes = [ufl.shape(part)[0] for part in parts]
     whole, found = ufl.Coefficient(_space(sum(sizes))), []
-    on_bodies = zip(*(_of(rows, part) for part in parts[:4]), strict=True)
+    on_bodies = [[part in extract_coefficients(row) for part in parts[:4]] for row in rows]
     for k, (row, depends) in enumerate(zip(rows, on_bodies, strict=True)):
 
         def at(q: Expr, row: Expr = row) -> Expr:
@@ -368,11 +358,8 @@ def _looked_through(
         if not any(depends):
             found.append((k, "does not depend on the places of its bodies; it must"))
         elif not is_quadratic(at, whole):
+            what = "positions, directors and values over time"
             found.append(
-                (
-                    k,
-                    "is not quadratic in positions, directors and values over time; it must be, "
-                    "as a distance is by its square",
-                )
+                (k, f"is not quadratic in {what}; it must be, as a distance is by its square")
             )
-    return len(rows), tuple(found)
+    return on_bodies, found

@@ -10,8 +10,7 @@ from mpi4py import MPI  # before dolfinx
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.barrier import first_found
-from shellmb.errors import RunError
+from shellmb.errors import RunError, alike
 from shellmb.native.assembler import is_native
 from shellmb.native.programs.forms import Interpreted, summed
 from shellmb.native.programs.graph import Unsupported
@@ -99,16 +98,14 @@ def _refuse_others(forms: Sequence[Form]) -> None:
     marks = [form.signature() for form in forms]
     first = comm.bcast(marks)
     other = next((f for f, a, b in zip(forms, first, marks, strict=False) if a != b), None)
-    wrong = None
-    if other is not None or len(first) != len(marks):
-        functions = () if other is None else other.coefficients()
-        wrong = "".join(f", of {name}" for name in sorted({str(f.name) for f in functions}))
-    wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise RunError(
-            f"forms{wrong} differ from rank to rank: all ranks must have the same laws and "
-            "energies, which ask for no rank and no random number"
-        )
+    with alike(comm):
+        if other is not None or len(first) != len(marks):
+            functions = () if other is None else other.coefficients()
+            of = "".join(f", of {name}" for name in sorted({str(f.name) for f in functions}))
+            raise RunError(
+                f"forms{of} differ from rank to rank: all ranks must have the same laws and "
+                "energies, which ask for no rank and no random number"
+            )
 
 
 def comm_of(form: Form) -> MPI.Comm:

@@ -23,9 +23,9 @@ from shellmb.observers.deferred_observer import (
 )
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
 from shellmb.observers.fields.nodal import Nodes, rotation_vectors, state
-from shellmb.observers.fields.resultants import Resultants, has_resultants
+from shellmb.observers.fields.resultants import Resultants
 from shellmb.restart import Restartable
-from shellmb.scene import Probe, RigidBody
+from shellmb.scene import Probe
 from shellmb.simulate.simulation import Simulation
 
 TURN = 2 * math.pi
@@ -308,7 +308,7 @@ class Probes(DeferredObserver):
         model, who = simulation.model, f"probe '{probe.name}'"
         (given,) = simulation.scene.bodies_of(probe)
         body = readable(model).get(given.name)
-        if body is not None and has_resultants(body, probe.quantity):
+        if body is not None and probe.quantity in given.quantities:
             if body.name not in self._resultants:
                 self._resultants[body.name] = resultants_of(simulation, body)
             resultants, places = self._resultants[body.name], places_of(body, probe.at, who)
@@ -397,10 +397,10 @@ def spot_of(model: Model, name: str, at: Any, who: str, framed: bool = False) ->
     """
     # of shells that are reduced together the scene of the model has the first
     modal = name in modal_members(model) and not framed
-    if not modal and isinstance(described := model.scene.body(name), RigidBody):
-        rigid = model.rigid
-        assert rigid is not None
-        number = rigid.index[described.name]
+    rigid = None if modal else model.rigid
+    if rigid is not None and name in rigid.index:
+        described: Any = model.scene.body(name)
+        number = rigid.index[name]
         node = rigid.bodies[number]
         offset = node.directors @ (described.place(at) - node.center)
         here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)

@@ -44,7 +44,7 @@ from shellmb.running.memory import check_memory
 from shellmb.running.request import REQUEST, Request
 from shellmb.running.results import Results, add_results, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
-from shellmb.scene import Modal, Scene
+from shellmb.scene import Scene
 from shellmb.scene.checks import ignored_settings
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
@@ -275,7 +275,7 @@ def _of_these_ranks(simulation: Simulation, saved: Saved) -> Saved:
     scene, count = simulation.scene, len(saved.ranks)
     what = "it follows a path" if scene.path is not None else None
     for body in scene.meshed:
-        if isinstance(body.model, Modal):
+        if body.modes:
             # eigenvectors have the sign, and of equal ones the mixture, that ranks give them
             what = f"the model of {said(body)} is {show(body.model)}"
     if what is not None:

@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from shellmb.errors import SceneError
 from shellmb.model.rank_consistency import same_on_all
-from shellmb.scene import GmshFile, MeshFile, Scene, Shell
+from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 
 # what an element of a shell takes at least, with its unknowns and rows of the matrix [bytes]: a
@@ -28,7 +28,7 @@ def check_memory(scene: Scene, comm: MPI.Comm) -> None:
     """
     same_on_all(scene, comm)
     _check_steps(scene)
-    counts = {body.name: _elements(body) for body in scene.meshed}
+    counts = {body.name: float(body.elements) for body in scene.meshed}
     total = sum(counts.values())
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if total * ELEMENT > memory * comm.size:
@@ -50,13 +50,3 @@ def _check_steps(scene: Scene) -> None:
             f"are {scene.t_end / scene.dt:.1g} steps; they must be at most {STEPS:.0e}, or their "
             "history does not fit the memory"
         )
-
-
-def _elements(body: object) -> float:
-    """Number of elements, as far as the scene tells."""
-    if not isinstance(body, Shell):
-        return float(getattr(body, "elements", 0))
-    if isinstance(body.surface, GmshFile | MeshFile):
-        return 0.0
-    first, second = body.mesh
-    return float(first) * second * (2 if body.cell == "tri" else 1)

@@ -6,8 +6,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.barrier import first_found
-from shellmb.errors import RunError, ShellmbError
+from shellmb.errors import RunError, ShellmbError, alike
 from shellmb.running.directory import written
 from shellmb.running.error_origin import in_words
 
@@ -28,22 +27,17 @@ def measured(
     Raises:
         RunError: If it raises, on any rank, or gives something else than numbers by name.
     """
-    found: dict[str, float] = {}
-    wrong: str | None = None
-    try:
-        found = _numbers(results(made))
-    except ShellmbError:
-        raise
-    except (Exception, SystemExit) as error:
-        wrong = in_words(error)
-    wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise RunError(
-            f"everything is computed and saved except the results: {wrong}; correct "
-            f"{function}() of the scene"
-            + (", and `shellmb resume` evaluates the run" if function == "results" else "")
-        )
-    return found
+    with alike(comm):
+        try:
+            return _numbers(results(made))
+        except ShellmbError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise RunError(
+                f"everything is computed and saved except the results: {in_words(error)}; correct "
+                f"{function}() of the scene"
+                + (", and `shellmb resume` evaluates the run" if function == "results" else "")
+            ) from error
 
 
 def add_results(

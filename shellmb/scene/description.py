@@ -16,7 +16,14 @@ from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import ANY, kinds_of, with_places
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.elements import Coordinate, Driver, Element, JointElement, Lock
+from shellmb.scene.multibody.elements import (
+    Coordinate,
+    Driver,
+    Element,
+    JointElement,
+    Lock,
+    PointElement,
+)
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
@@ -26,7 +33,7 @@ from shellmb.scene.settings import Output, PathFollowing, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.types import NONE, NOTHING, Completed, Name, Several
 from shellmb.scene.units import check_order, parse_units
-from shellmb.scene.values.models import Modal
+from shellmb.scene.values.bodies import Ground, SceneBody
 from shellmb.scene.values.validate import described, kind_of, listed, said
 
 type Body = Shell | Beam | RigidBody | UserBody
@@ -126,6 +133,16 @@ class Description:
         return (*self.shells, *self.beams)
 
     @property
+    def point_elements(self) -> tuple[PointElement, ...]:
+        """The force elements between points."""
+        return tuple(e for e in self.force_elements if isinstance(e, PointElement))
+
+    @property
+    def joint_elements(self) -> tuple[JointElement, ...]:
+        """The force elements on coordinates of joints."""
+        return tuple(e for e in self.force_elements if isinstance(e, JointElement))
+
+    @property
     def acting_locks(self) -> tuple[Lock, ...]:
         """The locks that an event switches, or of which a window begins before the scene's end."""
         end = self.t_end
@@ -192,13 +209,13 @@ class Description:
         shell: Any = self.body(name, who, (Shell,))
         return shell
 
-    def end(self, name: str, who: str) -> Body | None:
-        """The body at an end of a joint or element, None for the ground.
+    def end(self, name: str, who: str) -> SceneBody:
+        """The body at an end of a joint or element.
 
         Raises:
             SceneError: If there is no such body.
         """
-        return None if name == GROUND else with_places(self.body(name, who), who)
+        return Ground() if name == GROUND else with_places(self.body(name, who), who)
 
     def joint(self, name: str, who: str = "scene") -> Joint:
         """The joint of that name.
@@ -220,7 +237,7 @@ class Description:
         """Model of a shell or beam; of a beam glued to a shell in modes, or a rigid one, its."""
         names = [glue.shell for glue in self.glues if glue.beam == body.name]
         shells = [s for s in self.shells if s.name in names]
-        led = [s.model for s in shells if s.rigid or isinstance(s.model, Modal)]
+        led = [s.model for s in shells if s.rigid or s.modes]
         return led[0] if led else body.model
 
     def bodies_of(self, item: Any) -> tuple[Body, ...]:
@@ -230,7 +247,7 @@ class Description:
             SceneError: If there is no such body, it is of another kind, or the choice is open.
         """
         if item.body is None and isinstance(item, Gravity | InitialVelocity):
-            return tuple(body for body in self.bodies if getattr(body, "placed", True))
+            return tuple(body for body in self.bodies if body.placed)
         body = self.body(item.body, said(item), kinds_of(item))
         return (with_places(body, said(item)),)
 
@@ -250,7 +267,7 @@ class Description:
             chosen = (item.coordinate,)
         else:
             chosen = joint.freedoms  # type: ignore[assignment]
-            if isinstance(item, JointElement) and len(chosen) > 1:
+            if not lock and len(chosen) > 1:
                 raise SceneError(
                     f"{who}: coordinate is missing; {joint.said} has both 'rotation' and "
                     "'translation'"

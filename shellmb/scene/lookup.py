@@ -10,7 +10,6 @@ from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import kind_of as kind_of
 from shellmb.scene.values.validate import listed as listed
 from shellmb.scene.values.validate import said as said
@@ -42,7 +41,7 @@ ACTS_ON: dict[type, tuple[type, ...]] = {
 
 def small_strains(body: Any) -> str:
     """Say of a body, by its name, that its strains are small; empty where they are not."""
-    if isinstance(body.model, Modal):
+    if body.modes:
         return f"{said(body)} is reduced to modes"
     return f"{said(body)} has linear strains" if body.linear else ""
 
@@ -62,7 +61,7 @@ def with_places(body: Any, who: str) -> Any:
     Raises:
         SceneError: If it is one of the user's own whose field is no displacement.
     """
-    if not getattr(body, "placed", True):
+    if not body.placed:
         raise SceneError(
             f"{who}: {said(body)} has no places; its field must be a vector of three displacements "
             "on a Lagrange space"

@@ -12,7 +12,7 @@ from shellmb.scene.checks.whole import check
 from shellmb.scene.description import Description
 from shellmb.scene.initial import FromRun, FromShape
 from shellmb.scene.schemes import DISSIPATIVE, is_static
-from shellmb.scene.shells.shell import Shell, divided, refined_times
+from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import model_of
 from shellmb.scene.values.validate import error_of, extended, listed, show
 
@@ -166,10 +166,8 @@ class Scene(Description):
         """The scene with more elements along each side of some shells and beams."""
         if times < 1 or times != int(times):
             raise error_of(self, f"divide is {show(times)}; it must be a whole number, 1 or more")
-        shells = tuple(divided(s, times) if s.name in names else s for s in self.shells)
-        beams = tuple(
-            replace(b, elements=times * b.elements) if b.name in names else b for b in self.beams
-        )
+        shells = tuple(s.divided(times) if s.name in names else s for s in self.shells)
+        beams = tuple(b.divided(times) if b.name in names else b for b in self.beams)
         return replace(self, shells=shells, beams=beams)
 
     def _refined(self, body: str | None, mesh: tuple[int, int] | None) -> set[str]:
@@ -181,8 +179,7 @@ class Scene(Description):
                 f"scene '{self.name}': body is {show(body)}; it must be one of the scene's shells "
                 f"and beams: {known}"
             )
-        shells = [b for b in found if isinstance(b, Shell)]
-        if mesh is not None and any(refined_times(s) is not None for s in shells):
+        if mesh is not None and any(b.refined_times is not None for b in found):
             raise SceneError(
                 f"scene '{self.name}': mesh is {show(mesh)}; it must be left out where a shell's "
                 "mesh is read from a file; divide refines it"

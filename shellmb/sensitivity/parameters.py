@@ -21,7 +21,7 @@ from shellmb.running.loader import (
     parameters_by_name,
     scene_of,
 )
-from shellmb.scene import FromMode, Modal, Scene
+from shellmb.scene import FromMode, Scene
 from shellmb.scene.checks.schemes import jumps
 from shellmb.scene.fingerprint import differences, fingerprint
 
@@ -207,7 +207,7 @@ def parameters_of(
 
 def widened(parameters: Sequence[Parameter], scene: Scene) -> tuple[Parameter, ...]:
     """Parameters with differences as wide as a scene needs."""
-    modal = any(isinstance(getattr(body, "model", None), Modal) for body in scene.bodies)
+    modal = any(body.modes for body in scene.bodies)
     if modal or any(isinstance(start, FromMode) for start in scene.starts):
         return tuple(p.apart(REDUCED) for p in parameters)
     return tuple(parameters)

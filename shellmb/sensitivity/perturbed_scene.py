@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, unsaid
 from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import Checkpoint, Saved
 from shellmb.observers.files.described import describe
@@ -43,7 +43,8 @@ class PerturbedScene(PerturbedRun):
         if comm.rank == 0:
             folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
-        simulation = Simulation(scene, comm, run)
+        with unsaid():
+            simulation = Simulation(scene, comm, run)
         self._standard = StandardObservers(folder, watched=False, accounts=columns == "all")
         assert self._standard.frames is not None
         # a time that moves may be on either side of that of a frame

@@ -14,7 +14,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import SceneError, TooFewModesError
 from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
@@ -107,9 +107,11 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         if len(positive) >= count:
             break
     else:
-        raise ConvergenceError(
+        raise TooFewModesError(
+            count,
+            len(positive),
             f"buckling: {len(positive)} of {count} positive load factors were found among "
-            f"{len(values)}; ask for fewer, or turn the load round"
+            f"{len(values)}; ask for fewer, or turn the load round",
         )
     order = sorted(positive, key=lambda k: values[k].real)[:count]
     negative = [float(v.real) for v, r in zip(values, real, strict=True) if r and v.real < 0]

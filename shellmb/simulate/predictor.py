@@ -104,6 +104,9 @@ class Predictor(Restartable):
         ordered = np.concatenate([pairs.values, pairs.slopes])
         self._order = ordered if len(ordered) else np.arange(owned)
         self._back = np.argsort(self._order)
+        # change in a step over the unknown that tells it; one of values
+        ones = np.ones(owned - len(pairs.times))
+        self._divisors = np.concatenate([ones, pairs.times])[self._back]
         # of all ranks alike
         self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs.values)))
         every = KNOTS if self._has_pairs else PLAIN
@@ -153,12 +156,11 @@ class Predictor(Restartable):
             return rows
         self._ahead, times = dt, tuple(t / dt for t in self._times)
         if self._has_pairs:
-            count = len(self._pairs.times)
             # of each state a row of values, and one of slopes
-            past = self._past.reshape(2 * known, count)
-            of_values, of_slopes = knot_weights(times, dt)
-            ahead = [of_values @ past, of_slopes @ past / self._pairs.times]
-            np.take(np.concatenate(ahead, axis=1), self._back, axis=1, out=rows, mode="clip")
+            past = self._past.reshape(2 * known, len(self._pairs.times))
+            ahead = (knot_weights(times, dt) @ past).reshape(rows.shape)
+            np.take(ahead, self._back, axis=1, out=rows, mode="clip")
+            rows /= self._divisors
         else:
             rows[:] = plain_weights(times) @ self._past
         return rows
@@ -221,13 +223,13 @@ def plain_weights(times: tuple[float, ...]) -> Floats:
     Returns:
         For the state a step ahead, row k for the polynomial of degree k, shape (n, n).
     """
-    return np.ascontiguousarray(knot_weights(times, 1.0, PLAIN)[0][:, ::2])
+    return np.ascontiguousarray(knot_weights(times, 1.0, PLAIN)[::2, ::2])
 
 
 @lru_cache
 def knot_weights(
     times: tuple[float, ...], dt: float, every: tuple[tuple[int, int], ...] = KNOTS
-) -> tuple[Floats, Floats]:
+) -> Floats:
     """Weights of known states and their slopes in Hermite's polynomials.
 
     Args:
@@ -236,9 +238,9 @@ def knot_weights(
         every: Knots of the polynomials.
 
     Returns:
-        For the state a step ahead and for its slope times the step, shape (p, 2 n) each: a row for
-        each of the first knots, as many as there are states for; of each state the weight of its
-        value, and of its slope.
+        Of each polynomial a row for the state a step ahead, and one for its slope times the step,
+        shape (2 p, 2 n): as many as there are states for; of each state the weight of its value,
+        and of its slope.
     """
     n, found = len(times), []
     for values, slopes in (knots for knots in every if max(knots) <= n):
@@ -248,5 +250,4 @@ def knot_weights(
         wide: Any = np.zeros((n, 2, 2))
         wide[:values, 0], wide[:slopes, 1] = solved[:values], solved[values:] * dt
         found.append(wide.reshape(2 * n, 2))
-    both = np.array(found).transpose(2, 0, 1)
-    return np.ascontiguousarray(both[0]), np.ascontiguousarray(both[1])
+    return np.ascontiguousarray(np.concatenate([both.T for both in found]))

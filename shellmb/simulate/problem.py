@@ -97,8 +97,8 @@ class Problem:
         ]
         self._index = {key: k for k, key in enumerate(names)}
         self._bodies = {b.name: b for b in model.bodies}
-        # given values that do not change in time, by body and stage
-        self._still: dict[tuple[str, str], Floats] = {}
+        # bodies and stages whose given values do not change in time, and are in place
+        self._still = set[tuple[str, str]]()
         self._moving = {b.name: self._marked(b) for b in model.bodies}
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self._tangents = {b.name: b.manifold.tangent_values for b in model.bodies}
@@ -110,6 +110,7 @@ class Problem:
         self.couplings = self._couplings()
         every = {name: getattr(steps, "branches", None) for name, steps in self.steps.items()}
         self.branches: dict[str, MaxwellBranches] = {k: b for k, b in every.items() if b}
+        self._relaxing = [own for branches in self.branches.values() for own in branches]
         self.system.couplings.extend(self.couplings)
         solver = model.scene.solver
         newton = f"linear {solver.newton}" if scheme.linear else solver.newton
@@ -284,7 +285,8 @@ class Problem:
     def begin(self) -> None:
         """Take the accepted state as the start of what remembers earlier ones."""
         for name, branches in self.branches.items():
-            branches.begin(self.levels[name].q)
+            for own in branches:
+                own.begin(self.levels[name].q)
 
     def arrive(self, t: float) -> None:
         """Take down that the accepted state is that of a time, for what is reported of it."""
@@ -310,9 +312,10 @@ class Problem:
                 for sample in forms.samples:
                     sample.update(t, dt, self.start_factor)
                 given = (t, dt) if self.load_factor is None else (self.load_factor, 0.0)
-                self._prescribe(name, stage, *given)
-        for branches in self.branches.values():
-            branches.prepare(dt)
+                if (name, stage) not in self._still:
+                    self._prescribe(name, stage, *given)
+        for own in self._relaxing:
+            own.prepare(dt)
         for coupling in self.couplings:
             coupling.look(dt)
         self._renew()
@@ -326,10 +329,9 @@ class Problem:
     @cached_property
     def _scaled_rates(self) -> list[ScaledRates]:
         """Rates at the start times the step, or those that a single state is taken with."""
-        links = [self._bodies[name].links for name, _ in self._index]
-        of = [(self.levels[name], stage) for name, stage in self._index]
+        of = [(self._bodies[name], self.levels[name], stage) for name, stage in self._index]
         named = (None,) if self.scheme.scaled else self.linked_rates
-        return [ScaledRates(self.system, of, links, rate) for rate in named]
+        return [ScaledRates(self.system, of, rate) for rate in named]
 
     def start_from_state(self) -> None:
         """Take the first guess of the scheme, from the state at the start of the step."""
@@ -356,22 +358,19 @@ class Problem:
         return rates
 
     def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
-        given = self._still.get((name, stage))
-        if given is None:
-            now, values = self._arrays[name], [np.zeros(0)]
-            every = self._bodies[name].fixed
-            for fixed in every:
-                if fixed.moving:
-                    rates = {k: v[fixed.dofs] for k, v in now.rates.items()}
-                    values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
-                else:
-                    values.append(fixed.value(t) * (stage not in self.scheme.scaled))
-            given = np.concatenate(values)
-            if not any(fixed.moving for fixed in every):
-                self._still[name, stage] = given
-        if len(given):
-            # behind these come the parts of a jump that have no equations: zero
-            self.fields[self.number(name, stage)].values[: len(given)] = given
+        now, values = self._arrays[name], [np.zeros(0)]
+        every = self._bodies[name].fixed
+        for fixed in every:
+            if fixed.moving:
+                rates = {k: v[fixed.dofs] for k, v in now.rates.items()}
+                values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
+            else:
+                values.append(fixed.value(t) * (stage not in self.scheme.scaled))
+        given = np.concatenate(values)
+        if not any(fixed.moving for fixed in every):
+            self._still.add((name, stage))
+        # behind these come the parts of a jump that have no equations: zero
+        self.fields[self.number(name, stage)].values[: len(given)] = given
 
     def warm_up(self, dt: float) -> None:
         """Assemble once and order the factorisation, at the state at the start of a step.
@@ -460,20 +459,21 @@ class Problem:
 
     def advance(self, dt: float) -> None:
         """Put the state at the end of the step in place of that at its start."""
-        for branches in self.branches.values():
-            branches.accept()
+        for own in self._relaxing:
+            own.accept()
         for name, now in self._arrays.items():
-            moving = self._moving[name]
-            new = self.steps[name].advance(now.q, now.rates, now.unknown, dt, self._tangents[name])
-            for key, values in new.items():
-                np.copyto(now.rates[key], values, where=moving)
-            # the unknown ones stay: they may be means over the step
+            if self._bodies[name].kinematic:
+                step, tangents = self.steps[name], self._tangents[name]
+                new = step.advance(now.q, now.rates, now.unknown, dt, tangents)
+                for key, values in new.items():
+                    np.copyto(now.rates[key], values, where=self._moving[name])
             dofs = self._resultant_dofs[name]
-            rows = {stage: values[dofs] for stage, values in now.unknown.items()}
-            resultants = self.scheme.resultants(now.q[dofs], rows) if len(dofs) else None
+            start = now.q[dofs]
             now.q[:] = now.unknown[self.last]
-            if resultants is not None:
-                now.q[dofs] = resultants
+            # the unknown ones stay: they may be means over the step
+            if len(dofs):
+                rows = {stage: values[dofs] for stage, values in now.unknown.items()}
+                now.q[dofs] = self.scheme.resultants(start, rows)
 
     @cached_property
     def projection(self) -> VelocityProjection:

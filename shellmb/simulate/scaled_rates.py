@@ -7,7 +7,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.model.body import Body, NodeLink
+from shellmb.model.body import Body
 from shellmb.schemes.base import END, Levels
 from shellmb.system.assembly.blocks import BlockSystem
 
@@ -41,35 +41,36 @@ class ScaledRates:
 
     Args:
         system: The block system.
-        fields: Functions and stage of each of its fields.
-        links: Links of each.
+        fields: Body, functions and stage of each of its fields.
         rate: One of the rates, of which what is linked is filled; None: `scaled` is.
     """
 
     def __init__(
         self,
         system: BlockSystem,
-        fields: Sequence[tuple[Levels, str]],
-        links: Sequence[Sequence[NodeLink]],
+        fields: Sequence[tuple[Body, Levels, str]],
         rate: str | None = None,
     ) -> None:
         self._system = system
-        numbering = system.numbering
         # rates and what they fill; of these, where they are unknowns of this rank, and where others
         # link them
         self._filled, self._own, self._linked = list[Pair](), list[Pairs](), list[Pairs]()
-        for k, (levels, stage) in enumerate(fields):
+        for k, (body, levels, stage) in enumerate(fields):
             if stage not in levels.scaled if rate is None else stage != END:
                 continue
             scaled = (levels.scaled[stage] if rate is None else levels.rates[rate]).x.array
+            linked = np.concatenate([*(link.dofs for link in body.links), np.zeros(0, np.int32)])
+            if len(linked):
+                places = int(system.numbering.offsets[k]) + linked
+                self._linked.append((scaled, linked, places))
+            if not body.kinematic:
+                # multipliers have no rates
+                continue
             if rate is None:
                 self._filled.append((levels.rates[stage].x.array, scaled))
-            linked = np.concatenate([*(link.dofs for link in links[k]), np.zeros(0, np.int32)])
             dofs, numbers = system.owned(k)
             own = ~np.isin(dofs, linked)
             self._own.append((scaled, dofs[own], numbers[own]))
-            if len(linked):
-                self._linked.append((scaled, linked, int(numbering.offsets[k]) + linked))
         self._any = bool(system.comm.allreduce(len(self._linked)))
 
     def take(self, dt: float) -> None:

@@ -350,7 +350,7 @@ class Simulation(Restartable):
         """Arrays of each space that a state consists of, with the space and a name."""
         yield from levels_arrays(self.problem.levels)
         for branches in self.problem.branches.values():
-            yield from branches.kept()
+            yield from (own.kept() for own in branches)
 
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""

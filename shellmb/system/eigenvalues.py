@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
 import numpy as np

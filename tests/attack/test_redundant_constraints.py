@@ -10,6 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.constraint_analysis import redundancy
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     GROUND,
@@ -282,3 +283,65 @@ def test_a_joint_at_a_clamped_edge_is_dropped() -> None:
             np.abs(simulation.problem.levels["lying"].q.x.array[body.mixed.dofs["u"]]).max()
         )
     assert tips[0] == pytest.approx(tips[1], rel=1e-9)
+
+
+def linkage(closed: bool, hanging: int) -> Scene:
+    """A bar on two cranks, or on one of them, from which a chain of rods hangs; off the axes."""
+    shared: dict[str, Any] = {"mass": 1.0, "inertia": (0.1, 0.2, 0.3)}
+    turned: dict[str, Any] = {"rotation": (0.3, 0.7, -0.2)}
+    cranks = [RigidBody(f"crank {x}", position=(x, 0.0, 0.5), **shared, **turned) for x in (0, 2)]
+    bar = RigidBody("bar", position=(1.0, 0.0, 1.0), **shared)
+    joints = [
+        joint
+        for x, crank in zip((0.0, 2.0), cranks, strict=True)
+        for joint in (
+            Revolute(f"foot {x}", GROUND, crank.name, at=(x, 0, 0), axis=Y),
+            Revolute(f"head {x}", crank.name, "bar", at=(x, 0, 1), axis=Y),
+        )
+    ]
+    rods, before = [], "bar"
+    for k in range(hanging):
+        rods.append(RigidBody(f"rod {k}", position=(0.5, 0.1, 0.7 - 0.3 * k), **shared, **turned))
+        axis = (0.6, 0.8, 0.0) if k % 2 else Y
+        joints.append(Revolute(f"pin {k}", before, f"rod {k}", at=(0.5, 0, 1 - 0.3 * k), axis=axis))
+        before = rods[-1].name
+    bodies = (*cranks, bar, *rods)
+    return Scene(
+        "linkage",
+        rigid_bodies=bodies if closed else (cranks[0], bar, *rods),
+        joints=joints if closed else [j for j in joints if "2.0" not in j.name],
+        redundant="drop",
+        scheme="ep",
+        dt=1e-2,
+        t_end=1e-2,
+    )
+
+
+def test_only_loops_are_looked_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a tree of joints nothing can be redundant, and what hangs on a loop changes nothing.
+
+    A chain of 1000 rods took 40 s for what nobody finds.
+    """
+    looked: list[int] = []
+    search = redundancy._dependent
+
+    def spy(rows: Any, *args: Any) -> Any:
+        looked.append(sum(len(row.columns) > 0 for row in rows))
+        return search(rows, *args)
+
+    def found(scene: Scene) -> list[tuple[Any, ...]]:
+        looked.clear()
+        said = [
+            (r.row.owner, r.row.component, r.with_) for r in checked_model(scene, MPI.COMM_SELF)[1]
+        ]
+        return said
+
+    monkeypatch.setattr(redundancy, "_dependent", spy)
+    assert not found(linkage(closed=False, hanging=7)) and sum(looked) == 0
+    loop = found(linkage(closed=True, hanging=0))
+    size = sum(looked)
+    assert len(loop) == 3 and size > 0
+    assert found(linkage(closed=True, hanging=7)) == loop and sum(looked) == size
+    # all of them looked through find the same
+    monkeypatch.setattr(redundancy, "looped", lambda rows, *_: rows)
+    assert found(linkage(closed=True, hanging=7)) == loop and sum(looked) > 2 * size

@@ -1,10 +1,14 @@
 """Natural modes of beams and rigid bodies."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import shellmb as sm
 from shellmb.errors import ConvergenceError
 from shellmb.running.natural_modes.run import find_modes
 from shellmb.running.natural_modes.vibration import natural_modes
@@ -13,6 +17,7 @@ from shellmb.scene import (
     Clamped,
     JointSpring,
     Line,
+    PointForce,
     RectangularSection,
     Revolute,
     RigidBody,
@@ -91,3 +96,34 @@ def test_spring_pendulum_has_one_mode() -> None:
     for count in (2, 6):
         with pytest.raises(ConvergenceError, match=f"count is {count}; there are 1 modes"):
             natural_modes(scene, count=count)
+
+
+def test_without_a_number_there_are_as_many_modes_as_freedoms(tmp_path: Path) -> None:
+    """Kind: a default that refuses mechanisms; two links under a weight have two of everything."""
+    links = tuple(RigidBody(n, 1.0, (0.1,) * 3, (0, 0, z)) for n, z in (("a", 0.5), ("b", 1.5)))
+    axis = {"axis": (0, 1, 0)}
+    column = Scene(
+        "column",
+        rigid_bodies=links,
+        joints=(
+            Revolute("j", "ground", "a", at=(0, 0, 0), **axis),
+            Revolute("k", "a", "b", at=(0, 0, 1), **axis),
+        ),
+        force_elements=tuple(JointSpring(f"on {n}", n, stiffness=5.0) for n in "jk"),
+        loads=PointForce((0, 0, 2.0), (0, 0, -1.0), body="b"),
+        scheme="static",
+        t_end=1.0,
+    )
+    # K v = P G v of equal links of length one
+    exact = 5.0 * (3 - 5**0.5) / 2, 5.0 * (3 + 5**0.5) / 2
+    assert sm.modes(column, buckling=True).load_factors == pytest.approx(exact, rel=1e-9)
+    # a directory may be given, in which nothing is left of the first try
+    kinds: dict[str, dict[str, Any]]
+    kinds = {"rest": {}, "loaded": {"loaded": True}, "turning": {"rates": [0.0]}}
+    for name, how in kinds.items():
+        assert len(sm.modes(column, tmp_path / name, pictures=False, **how).table) == 2
+    with pytest.raises(ConvergenceError, match="count is 6; there are 2 modes"):
+        sm.modes(column, count=6)
+    welds = tuple(Weld(j.name, j.first, j.second, at=j.at) for j in column.joints)
+    with pytest.raises(ConvergenceError, match="there are no modes"):
+        sm.modes(replace(column, joints=welds, force_elements=()))

@@ -276,6 +276,23 @@ def test_a_motor_that_another_program_commands_has_its_default() -> None:
         sm.linearise(driven("load1", law=lambda q, v, t: 0.0 * t))
 
 
+def test_a_law_that_fails_is_the_users(tmp_path: Path) -> None:
+    """Kind: a function of ours around one of a user's stands in the sentence in its place."""
+
+    def fails(angle: Any, rate: Any, time: Any) -> Any:
+        raise KeyError("gain")
+
+    def nothing(angle: Any, rate: Any, time: Any) -> Any:
+        return None
+
+    for law, said in ((fails, r"fails \(KeyError: 'gain'\)"), (nothing, "returns None; it must")):
+        scene = replace(pendulum(), force_elements=sm.Motor("motor", "pin", law))
+        with pytest.raises(
+            SceneError, match=rf"test_linearise.py, line \d+: .* {law.__name__} {said}"
+        ):
+            sm.linearise(scene)
+
+
 def test_bad_input_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="at is 'there'; it must be 'rest', 'equilibrium' or a"):
         sm.linearise(strip(), at="there")  # type: ignore[arg-type]

@@ -53,7 +53,8 @@ class MeanTension(BaseObserver):
 
     def start(self, simulation: Simulation) -> None:
         (self._group,) = simulation.model.mechanism.element_groups
-        self._work = resistance(simulation.problem, self._group.name)
+        problem = simulation.problem
+        self._work = resistance(problem, [(self._group.name, problem.last)])
 
     def solved(self, simulation: Simulation) -> None:
         self.found.append(self._work()[self._group.mixed.dofs["x"]].copy())

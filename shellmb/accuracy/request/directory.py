@@ -16,17 +16,16 @@ from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
 from shellmb.accuracy.request.messages import draw, offers
 from shellmb.accuracy.request.search import ModeSearch, Outcome, Running, Search
 from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
-from shellmb.errors import SceneError, Stopped
+from shellmb.errors import SceneError, Stopped, of_first
 from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json
-from shellmb.model.rank_consistency import of_first
 from shellmb.observers.summary import write_json
 from shellmb.options.run import ACCURACY, AccuracyOptions
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
 from shellmb.running.request import REQUEST, read_request
 from shellmb.running.standard import SUMMARY
-from shellmb.scene import GmshFile, MeshFile, Scene
+from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 
 # picture in the directory
@@ -178,7 +177,7 @@ def coarser(scene: Scene, body: str | None) -> Scene | None:
         body: The only body that gets them; None: all.
     """
     chosen = [b for b in scene.meshed if body in (None, b.name)]
-    read = any(isinstance(getattr(b, "surface", None), GmshFile | MeshFile) for b in chosen)
+    read = any(s.surface.of_file for s in scene.shells if s in chosen)
     if read or min(sides_of(chosen), default=0) < FEW:
         return None
     try:

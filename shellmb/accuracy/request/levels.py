@@ -16,9 +16,9 @@ import pandas as pd
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.run_record import RunRecord
+from shellmb.errors import of_first
 from shellmb.files.reading import read_json
 from shellmb.files.writing import write_text
-from shellmb.model.rank_consistency import of_first
 from shellmb.running.standard import SUMMARY
 
 # folder of a request in its directory, and file of what is kept of levels and companions

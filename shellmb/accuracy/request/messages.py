@@ -9,8 +9,7 @@ from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import Choice, choose
 from shellmb.accuracy.request.levels import Level
 from shellmb.accuracy.studies.quantity import Quantity
-from shellmb.scene import Scene, Shell
-from shellmb.scene.shells.shell import refined_times
+from shellmb.scene import Beam, Scene, Shell
 
 
 def mesh_label(scene: Scene) -> str:
@@ -19,18 +18,13 @@ def mesh_label(scene: Scene) -> str:
     Args:
         scene: The scene.
     """
-    counts = [
-        _shell_label(body) if isinstance(body, Shell) else f"{body.elements} elements"
-        for body in scene.meshed
-        if body.model != "rigid"
-    ]
-    return "+".join(dict.fromkeys(counts))
+    return "+".join(dict.fromkeys(_mesh_label(b) for b in scene.meshed if not b.rigid))
 
 
-def _shell_label(shell: Shell) -> str:
-    times = refined_times(shell)
+def _mesh_label(body: Shell | Beam) -> str:
+    times = body.refined_times
     if times is None:
-        return f"{shell.mesh[0]}x{shell.mesh[1]}"
+        return "x".join(map(str, body.sides)) + (" elements" if len(body.sides) == 1 else "")
     return "mesh of the file" + (f" divided by {times}" if times > 1 else "")
 
 

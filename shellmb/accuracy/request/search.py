@@ -20,9 +20,8 @@ from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.messages import label, line, mesh_label, percent, seconds
 from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.accuracy.run_record import RunRecord, difference
-from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
+from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped, of_first
 from shellmb.meshes.lifetime import free
-from shellmb.model.rank_consistency import of_first
 from shellmb.running.execute import RunResult
 from shellmb.running.natural_modes.run import find_modes
 from shellmb.running.request import Request

@@ -10,9 +10,8 @@ from typing import Any
 from shellmb.options.described import of_today
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
-from shellmb.scene import Scene, Shell
+from shellmb.scene import Scene
 from shellmb.scene.schemes import DISSIPATIVE, OURS
-from shellmb.scene.shells.shell import refined_times
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (
@@ -152,11 +151,11 @@ class Base:
             found["degree"] = first.degree
             # only where it is chosen: most studies are of exact bodies
             found["model"] = choice.model
-            found["cell"] = first.cell if isinstance(first, Shell) else None
+            found["cell"] = first.cell
             found["mesh"], found["divide"] = choice.mesh, choice.divide
-            if any(isinstance(b, Shell) and refined_times(b) is not None for b in meshed):
+            if any(b.refined_times is not None for b in meshed):
                 # there is no other choice of a mesh
                 found["divide"] = choice.divide or 1
             elif choice.divide is None:
-                found["mesh"] = first.mesh if isinstance(first, Shell) else (first.elements, 1)
+                found["mesh"] = (*first.sides, 1)[:2]
         return Choice(**found)

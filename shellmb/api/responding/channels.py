@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial, update_wrapper
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,12 @@ from ufl.algorithms.ad import expand_derivatives
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
-from shellmb.model.joints.joints import JointGroup
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.signals import Signals
 from shellmb.observers.fields.modal import modal_members
 from shellmb.observers.fields.nodal import Nodes
-from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
+from shellmb.observers.fields.resultants import RESULTANTS, Resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import linear, places_of, spot_of
 from shellmb.running.natural_modes.vibration import in_motion
@@ -57,7 +58,9 @@ class Perturbation:
     @property
     def driving(self) -> dict[str, Any]:
         """Arguments of a motor."""
-        return {"law": self.law}
+        law = partial(self.law)
+        # errors name what the scene has
+        return {"law": law if self._given is None else update_wrapper(law, self._given)}
 
     def still(self, t: float) -> float:
         """Small part of a motion that stands still in its frame."""
@@ -67,7 +70,11 @@ class Perturbation:
         """Law of a motor."""
         added = fem.Constant(time.ufl_domain(), 0.0)
         self._constants.append(added)
-        return added if self._given is None else self._given(coordinate, rate, time) + added
+        value = 0.0 if self._given is None else self._given(coordinate, rate, time)
+        with suppress(TypeError, ValueError):
+            return value + added
+        # which is none
+        return value
 
     def add(self, number: float) -> None:
         """Add a number."""
@@ -307,7 +314,7 @@ def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
     axis = np.eye(3)[int(probe.component)]
     every = np.zeros((3 + len(times), state.system.size))
     row = every[int(probe.quantity in ("velocity", "angular_velocity"))]
-    if body is not None and has_resultants(body, probe.quantity):
+    if body is not None and probe.quantity in given.quantities:
         for place, weight in places_of(body, probe.at, who):
             at = local_nodes(body, place, who)
             every += weight * _resultant(state, body, at, probe, times)
@@ -331,8 +338,8 @@ class _Changes(Resultants):
 
     def __init__(self, body: Any, q: fem.Function, change: fem.Function, cells: Ints) -> None:
         found = [expand_derivatives(ufl.derivative(body.resultants(q), q, change))]
-        own = branches_of(body)
-        relaxing = [] if own is None else list(own.stresses(q, change))
+        every = branches_of(body) or ()
+        relaxing = [pair for own in every for pair in own.stresses(q, change)]
         self.times = [time for time, _ in relaxing]
         self._prepare(body, found + [body.of_stress(stress, q) for _, stress in relaxing], cells)
 
@@ -368,8 +375,6 @@ def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
     number = {name: k for k, name in enumerate(mechanism.joints)}
     rows = np.zeros((len(number), 2, 3, state.system.size))
     for group in mechanism.groups:
-        if not isinstance(group, JointGroup):
-            continue
         numbers = _numbers(state, group.name)
         mu = group.mixed.dofs["mu"].reshape(-1, group.count)
         # what a multiplier does is what its constraint is a function of

@@ -19,7 +19,6 @@ from shellmb.diagnostics.elements.locking import Roughness, excess
 from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.model.model import Model
 from shellmb.observers.fields.nodal import state
-from shellmb.preprocessing.modal.tangent import bending
 from shellmb.restart import constant
 from shellmb.scene.loads.supports import at_rest
 from shellmb.simulate.simulation import Simulation
@@ -121,6 +120,6 @@ class Signs:
         body = self._body
         found = np.array([np.max(np.abs(q[body.mixed.dofs["u"]]), initial=0.0)])
         body.mixed.space.mesh.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
-        _, _, length = bending(body)
+        length = body.domain.length
         strain = NOISE * (1 + float(found[0]) / length)
         return float(body.section.sizes.stiffness * (strain * length) ** 2)

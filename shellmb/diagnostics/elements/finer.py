@@ -23,11 +23,10 @@ from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.locations.nodes import local_point
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
-from shellmb.preprocessing.modal.tangent import bending, bending_scales
+from shellmb.preprocessing.modal.tangent import bending_scales
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import PointForce, PointLoad, SurfaceForce
 from shellmb.scene.loads.supports import Clamped, Driven, Fixed, Support, at_rest
-from shellmb.scene.shells.gmsh_surfaces import OfFile
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
@@ -114,7 +113,7 @@ def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str
     Returns:
         None where meshes are read, or cannot be solved.
     """
-    if any(isinstance(shell.surface, OfFile) for shell in scene.shells):
+    if any(shell.surface.of_file for shell in scene.shells):
         return None
     found = []
     with _quietly():
@@ -269,7 +268,7 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
         held *= bool(points) and not any(points)
         u = _deformed(x, u, areas, held, simulation.scheme.linear, rests)
         # forces by which it moves little
-        scale = SMALL * min(D / length**4 for D, _, length in map(bending, bodies))
+        scale = SMALL * min(b.bending[0] / b.domain.length**4 for b in bodies)
         ends = np.cumsum([len(part) for part, *_ in moved])[:-1]
         for name, *values in zip(names, np.split(x, ends), np.split(scale * u, ends), strict=True):
             loads.append(SurfaceForce(Polynomial(*values), body=name))

@@ -28,8 +28,8 @@ class Between(Watch):
         """Find what is between nodes and points, and what is missed at the start."""
         self._lines: list[_Nodes | Outline] = []
         rigid = {body.name for body in simulation.model.scene.rigid_bodies}
-        for group in simulation.model.potentials:
-            if isinstance(group, ContactGroup) and np.isfinite(group.shape.depth):
+        for group in simulation.model.contacts:
+            if np.isfinite(group.shape.depth):
                 segments = group.points.segments()
                 if len(segments):
                     self._lines.append(_Nodes(group, segments))

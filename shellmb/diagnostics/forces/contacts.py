@@ -26,13 +26,13 @@ class Contacts(Watch):
 
     def start(self, simulation: Simulation) -> None:
         """Take the places of the points."""
-        groups = _contacts(simulation)
+        groups = simulation.model.contacts
         self._before = {group.item.name: _positions(simulation, group) for group in groups}
         self.idle = not groups
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
-        for group in _contacts(simulation):
+        for group in simulation.model.contacts:
             name = group.item.name
             start, end = self._before[name], _positions(simulation, group)
             self._before[name] = end
@@ -48,7 +48,7 @@ class Contacts(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts that the steps are too long for."""
-        for group in _contacts(simulation):
+        for group in simulation.model.contacts:
             item, name = group.item, group.item.name
             deep, when = self._worst(simulation, f"deep {name}")
             kind = item.obstacle.label
@@ -76,10 +76,6 @@ class Contacts(Watch):
 
 def _positions(simulation: Simulation, group: ContactGroup) -> Floats:
     return group.seen_positions(simulation.problem.levels[group.name].q.x.array)
-
-
-def _contacts(simulation: Simulation) -> list[ContactGroup]:
-    return [g for g in simulation.model.potentials if isinstance(g, ContactGroup)]
 
 
 # part of the largest energy of a contact that comes or goes in one step: of an impact that takes

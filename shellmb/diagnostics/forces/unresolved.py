@@ -11,7 +11,6 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Cautions, Watch
-from shellmb.model.elements.elements import Motors
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.massless import LawValues
 from shellmb.scene.lookup import said
@@ -44,7 +43,7 @@ class Unresolved(Watch):
             on = f" on '{load.body}'" if getattr(load, "body", None) else ""
             yield from self._caution(f"{said(load)}{on}", t, _factors(simulation, function, t))
         for group in simulation.model.mechanism.element_groups:
-            if isinstance(group, Motors) and (law := group.by_law(TOGETHER)):
+            if law := group.by_law(TOGETHER):
                 for item in group.items:
                     column = f"{item.coordinate.joint}.{COLUMN[item.coordinate.kind]}"
                     values = _along(law, t, self.columns(column)[0])

@@ -49,7 +49,7 @@ class ShellLine:
 # element edges, each from its first to its second vertex: "vertices", their numbers in the input,
 # shape (m, 2); "corners", nodes of the geometry, shape (m, order + 1, 3); and of shape
 # (m, k + 1, size) "x", nodes of the displacement, "directors" there, and global dofs by part
-type _Edges = dict[str, npt.NDArray[Any]]
+type Edges = dict[str, npt.NDArray[Any]]
 
 
 def shell_line(
@@ -72,7 +72,7 @@ def shell_line(
     name, curve = beam.name, beam.curve
     if isinstance(curve, AlongEdge):
         who = f"beam '{name}': edge '{curve.edge}' of shell '{shell.name}'"
-        edges = _gathered(shell, mixed, directors, shell.facets(curve.edge, f"beam '{name}'"))
+        edges = element_edges(shell, mixed, directors, shell.facets(curve.edge, f"beam '{name}'"))
         if not len(edges["vertices"]):
             raise SceneError(f"{who} has no element edges; it must have some")
         chain, closed = _chain(edges["vertices"], who)
@@ -81,7 +81,7 @@ def shell_line(
         start, end = (shell.point(p, f"beam '{name}'") for p in (curve.start, curve.end))
         said = " to ".join(f"({', '.join(f'{c:g}' for c in p)})" for p in (start, end))
         who = f"beam '{name}': the straight line from {said} in shell '{shell.name}'"
-        edges = _gathered(shell, mixed, directors, _on_line(shell, start, end))
+        edges = element_edges(shell, mixed, directors, _on_line(shell, start, end))
         chain, closed = _straight(edges, start, end, ON_LINE * shell.length, who), False
     else:
         raise SceneError(f"beam '{name}': its curve is not one along a shell's mesh; it must be")
@@ -107,7 +107,9 @@ def _on_line(shell: SurfaceMesh, start: Floats, end: Floats) -> Int32s:
     return facets[inside.all(axis=1)] if len(facets) else facets
 
 
-def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: Int32s) -> _Edges:
+def element_edges(
+    shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: Int32s
+) -> Edges:
     """Edges of all ranks, each once, in the same order on every rank."""
     mesh, space = shell.mesh, mixed.subspaces["u"]
     facets = facets[facets < mesh.topology.index_map(1).size_local]
@@ -132,7 +134,7 @@ def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: 
         return np.take_along_axis(values, by[..., None], axis=1)
 
     by = sorted_along(x)
-    mine: _Edges = {
+    mine: Edges = {
         "vertices": np.asarray(mesh.geometry.input_global_indices[ends[:, :2]], dtype=np.int64),
         "corners": take(corners, sorted_along(corners)),
         "x": take(x, by),
@@ -178,7 +180,7 @@ def _chain(vertices: Ints, who: str) -> tuple[list[int], bool]:
     return chain, not ends
 
 
-def _places(edges: _Edges) -> dict[int, Floats]:
+def _places(edges: Edges) -> dict[int, Floats]:
     """Positions of the vertices."""
     places: dict[int, Floats] = {}
     for (a, b), corners in zip(edges["vertices"].tolist(), edges["corners"], strict=True):
@@ -187,7 +189,7 @@ def _places(edges: _Edges) -> dict[int, Floats]:
 
 
 def _along_parameter(
-    chain: list[int], closed: bool, edges: _Edges, surface: Surface, edge: str
+    chain: list[int], closed: bool, edges: Edges, surface: Surface, edge: str
 ) -> list[int]:
     """The chain in the direction in which the surface's parameter grows."""
     places = _places(edges)
@@ -215,7 +217,7 @@ def _along_parameter(
     return chain if nearest(second, [1, len(chain) - 1]) == 1 else [chain[0], *chain[:0:-1]]
 
 
-def _straight(edges: _Edges, start: Floats, end: Floats, near: float, who: str) -> list[int]:
+def _straight(edges: Edges, start: Floats, end: Floats, near: float, who: str) -> list[int]:
     """Vertices on a segment from its start to its end.
 
     Raises:
@@ -239,7 +241,7 @@ def _straight(edges: _Edges, start: Floats, end: Floats, near: float, who: str) 
 
 
 def _meshed(
-    name: str, comm: MPI.Comm, edges: _Edges, chain: list[int], closed: bool, degree: int
+    name: str, comm: MPI.Comm, edges: Edges, chain: list[int], closed: bool, degree: int
 ) -> ShellLine:
     """The beam's mesh from the edges between the vertices of a chain."""
     number = {frozenset(pair): k for k, pair in enumerate(edges["vertices"].tolist())}

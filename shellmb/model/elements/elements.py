@@ -34,7 +34,7 @@ from shellmb.scene import Scene
 from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody import elements as scene_elements
-from shellmb.scene.multibody.elements import Element, JointElement, JointStop
+from shellmb.scene.multibody.elements import Element, JointStop
 
 
 @dataclass(frozen=True)
@@ -101,10 +101,10 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
 
 def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
     """Coordinate on which a force element acts."""
-    if isinstance(element, JointElement):
-        (kind,) = scene.coordinates_of(element)
-        return element.joint, kind
-    return element.name, "distance"
+    if element in scene.point_elements:
+        return element.name, "distance"
+    (kind,) = scene.coordinates_of(element)
+    return element.joint, kind
 
 
 # a change of force below this part of the force is round-off
@@ -126,6 +126,13 @@ class ElementGroup(NodeGroup):
     """
 
     resists = 1.0
+
+    def command(self, signals: Signals) -> None:
+        """Set what is commanded."""
+
+    def by_law(self, count: int) -> LawValues | None:
+        """Values of a law of time at many states at once; None without one; collective."""
+        return None
 
     def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
         self.items = list(items)
@@ -412,7 +419,7 @@ def check_at_rest(scene: Scene, groups: Sequence[ElementGroup]) -> None:
     Raises:
         SceneError: If a spring is not at rest in the reference configuration.
     """
-    springs = [group for group in groups if isinstance(group, Springs)] if scene.linear else []
+    springs = [group for group in groups if group.elastic] if scene.linear else []
     for group in springs:
         zeros = np.zeros(len(group.items))
         forces = group.forces(zeros, zeros, 0.0)

@@ -22,6 +22,7 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.floating import beam as floating
 from shellmb.forms.floating.frame import frame_constraints
+from shellmb.forms.floating.geometric_stiffness import of_beam
 from shellmb.forms.frame import FrameMass, momenta, vectors
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam
@@ -254,6 +255,25 @@ class BeamModel(FrameBody):
         section: Any = self.beam.section
         return (section.E, section.density) if hasattr(section, "E") else None
 
+    @property
+    def bending(self) -> tuple[float, float]:
+        """Least bending stiffness `D`, and mass per length."""
+        return float(np.min(np.diag(self.beam.section.stiffness)[4:])), self.beam.section.mass[0]
+
+    @property
+    def stretching(self) -> tuple[float, float]:
+        """Stiffness along it, and mass per length."""
+        return float(self.beam.section.stiffness[0, 0]), self.beam.section.mass[0]
+
+    @property
+    def rigid_axes(self) -> Floats:
+        """Axes of a rigid body in its place, in columns: its directors at the start."""
+        return self.domain.triads[0].reshape(3, 3).T
+
+    def sizes_at(self, x: Floats) -> dict[str, Any]:
+        """Size of its cross-section."""
+        return {"size": self.beam.section.size}
+
     def natural_faces(self) -> list[tuple[float, float, float]]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
         given, half = self.beam.natural, self.beam.section.size / 2
@@ -278,6 +298,15 @@ class BeamModel(FrameBody):
     def forces(self, q: Expr) -> Expr:
         """Forces along the directors, shape (3,), N."""
         return self.section.formulation.forces(self.layout, q)
+
+    def strained(self, q: Expr) -> tuple[Expr, ...]:
+        """Strains and their energy per length where these do not follow from resultants."""
+        e = self.strains(q)
+        return *e, *self.section.formulation.stored(e, self.forces(q))
+
+    def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
+        """Energies of squares of rotations about a frame, as of `geometric_stiffness.of_beam`."""
+        return of_beam(N, self.layout.part(q, "u"), R, self.line)
 
     def resultants(self, q: Expr) -> Expr:
         """Forces and moments that balance loads, and those conjugate to the strains, shape (12,).

@@ -13,7 +13,7 @@ forces do no work.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from typing import Any
 
@@ -23,7 +23,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Int32s
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.forms import frame
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.frame import FrameMass, Vectors
@@ -257,6 +257,10 @@ class FrameBody(MassiveBody):
         turns = any(J is not None for mass, _ in self.masses for J in mass.J)
         own = {"u", "w", "lam"} if turns else {"u"}
         return frozenset(own | EVERYWHERE.keys() if self.ties else own)
+
+    def pieces(self) -> Iterator[Bools]:
+        """Nodes of each part that is a body of its own, to be multiplied with vectors."""
+        yield np.array([[[True]]])
 
     def directors(self, q: Expr) -> Vectors:
         """The three directors, shape (3,) each."""

@@ -1,6 +1,6 @@
 """All rigid bodies of a scene, and ground, as one body of the system: a frame node each."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Bools, Floats
 from shellmb.forms import frame
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
@@ -26,7 +26,7 @@ from shellmb.model.locations.ends import End
 from shellmb.model.massless import Scale, TimedLoads, numbers_of
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
+from shellmb.scene.multibody.rigid import RigidBody
 
 NAME = "rigid bodies"
 
@@ -63,7 +63,7 @@ def ground_node() -> RigidNode:
 
 def rigid_node(body: RigidBody, length: float) -> RigidNode:
     """A rigid body of a scene of some length, m."""
-    slowing = body.mass_damping if isinstance(body, FloatingFrame) else 0.0
+    slowing = body.mass_damping
     inertia = body.mass, body.euler_tensor
     return RigidNode(body.name, body.center, body.axes.T, *inertia, length, slowing)
 
@@ -123,6 +123,11 @@ class RigidBodies(FrameBody):
 
     def _constant(self, rows: Sequence[Floats] | Floats, name: str) -> fem.Function:
         return constant_vector(self.node_mesh, np.array(rows, dtype=float), name)
+
+    def pieces(self) -> Iterator[Bools]:
+        """The node of each body."""
+        for item in range(len(self.bodies)):
+            yield (self.node_mesh.item == item)[:, None, None]
 
     def local(self, body: str, part: str) -> Dofs:
         """Local dofs (owned and ghost) of a part of a rigid body."""

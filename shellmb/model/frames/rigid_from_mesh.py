@@ -26,7 +26,7 @@ from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
-from shellmb.scene import Beam, Gravity, RigidBody, Scene
+from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.loads.loads import FollowerForce, FollowerMoment, Load, PointForce, PointMoment
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import (
@@ -60,13 +60,13 @@ class SceneMeshes:
         """One of them by its name."""
         if name not in self._made:
             body: Any = self._scene.body(name)
-            if isinstance(body, Beam):
-                along = body.curve.shell
-                line = None if along is None else line_along(body, self(along)).line
-                self._made[name] = build_beam(body, self._comm, [], self._dynamic, line)
-            else:
+            if body.directors == 1:
                 surface = build_surface(body, self._comm)
                 self._made[name] = ShellModel(body, surface, [], self._dynamic)
+            else:
+                along = body.along
+                line = None if along is None else line_along(body, self(along)).line
+                self._made[name] = build_beam(body, self._comm, [], self._dynamic, line)
         return self._made[name]
 
     def shell(self, name: str) -> ShellModel | None:
@@ -107,7 +107,8 @@ def ended(item: Any, meshes: RigidMeshes) -> Any:
         at: place_of(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
     }
     mesh = meshes.get(getattr(item, "second", ""))
-    if isinstance(item, Weld) and isinstance(mesh, ShellModel) and isinstance(item.second_at, str):
+    along = mesh is not None and mesh.described.directors == 1 and isinstance(item, Weld)
+    if mesh is not None and along and isinstance(item.second_at, str):
         # two rigid bodies: any point of both will do
         x = shared_nodes(mesh, item.second_at, said(item)).x[0]
         changed |= {"at": triple(x), "second_at": None}
@@ -208,9 +209,7 @@ def rigid_body(body: ShellModel | BeamModel, dynamic: bool) -> RigidBody:
         SceneError: If it has no inertia about some axis and needs it.
     """
     found = inertia_of([body])
-    axes = np.eye(3)
-    if isinstance(body, BeamModel):
-        axes = body.domain.triads[0].reshape(3, 3).T
+    axes = body.rigid_axes
     if dynamic and found.lacking:
         raise SceneError(
             f"{said(body.described)} is rigid and has no inertia about one of its axes; it must "
@@ -328,7 +327,7 @@ def _load(load: Load, scene: Scene, meshes: RigidMeshes, bodies: dict[str, Rigid
     if not isinstance(load, FollowerForce | FollowerMoment):
         return load
     (target,) = scene.bodies_of(load)
-    if not isinstance(meshes.get(target.name), BeamModel):
+    if target.name not in meshes:
         return load
     nodes = shared_nodes(meshes[target.name], node_of(load.at), load.label)
     vector = np.asarray(load.components) @ nodes.directors[0]
@@ -390,10 +389,10 @@ def _first_place(joint: Joint, scene: Scene) -> Any:
     """Coordinates of the first end of a joint."""
     if joint.at is not None and not isinstance(joint.at, str):
         return joint.at
-    first = scene.body(joint.first)
-    if isinstance(first, RigidBody):
+    first: Any = scene.body(joint.first)
+    if first.single:
         return tuple(first.place(joint.at))
-    known = first.curve.points if isinstance(first, Beam) else {}
+    known = first.curve.points if first.directors == 3 else {}
     if joint.at not in known:
         raise SceneError(f"{joint.said}: second_at is missing; give coordinates on the rigid shell")
     return known[joint.at]

@@ -12,7 +12,6 @@ from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
 from shellmb.model.elements.elements import (
     BoundElement,
-    Motors,
     bind_element,
     check_at_rest,
     coordinate_of,
@@ -52,7 +51,6 @@ from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import EdgeHinge, Screw
 from shellmb.scene.multibody.rolling import Contact
 
@@ -154,8 +152,7 @@ class Mechanism:
     def command(self, signals: Signals) -> None:
         """Give motors the torques and forces that are commanded now."""
         for group in self.element_groups:
-            if isinstance(group, Motors):
-                group.command(signals)
+            group.command(signals)
 
     def coordinates(self, problem: Any) -> dict[str, float]:
         """Columns of the history: coordinates, and what drives and locks them; collective.
@@ -234,11 +231,9 @@ class Mechanism:
         scene = self._scene
         read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
         keys: dict[Key, None] = {key: None for key in read if key is not None}
-        items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.force_elements]
+        items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.joint_elements]
         items += [coupled for coupling in scene.couplings for coupled in coupling.terms]
         for item in items:
-            if isinstance(item, PointElement):
-                continue
             joint = self.joints[item.joint].joint
             if joint.active is not None:
                 who = f"{item.label} '{item.name}'" if hasattr(item, "name") else "a lock"
@@ -256,14 +251,13 @@ class Mechanism:
             # that of a hinge of edges is there anyway
             if not isinstance(self.joints[name].joint, EdgeHinge)
         ]
-        for element in scene.force_elements:
-            if isinstance(element, PointElement):
-                who = f"{element.label} '{element.name}'"
-                ends = (
-                    find(element.first, element.at, who),
-                    find(element.second, element.second_at, who),
-                )
-                found.append(distance_coordinate(element.name, ends, self._scale.length, who))
+        for element in scene.point_elements:
+            who = f"{element.label} '{element.name}'"
+            ends = (
+                find(element.first, element.at, who),
+                find(element.second, element.second_at, who),
+            )
+            found.append(distance_coordinate(element.name, ends, self._scale.length, who))
         return found
 
     def _bound(self, element: Any) -> list[BoundElement]:

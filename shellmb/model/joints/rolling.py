@@ -1,6 +1,5 @@
 """Contacts of a scene, wheels, spheres and blades on planes, as groups of constraints."""
 
-import itertools
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
@@ -174,20 +173,14 @@ class ContactGroup(JointGroup):
         Raises:
             SceneError: If a contact slips; names it.
         """
-        found = self.sliding(q, v)[:, :2]
-        wrong = [
-            (int(item), float(slip))
-            for item, (slip, speed) in zip(self.nodes.item, found, strict=True)
-            if slip > SLIPPING * speed
-        ]
-        every = sorted(set(itertools.chain(*self.nodes.mesh.comm.allgather(wrong))))
-        if every:
-            item, slip = every[0]
-            raise SceneError(
-                f"{self.joints[item].joint.said}: it slips with {slip:.3g} m/s at the start; give "
-                "initial velocities without slip (a wheel's spin is its speed over its radius), or "
-                "assemble=True to begin with the nearest ones"
-            )
+        found = gathered(self.nodes, self.sliding(q, v))
+        for bound, (slip, speed, *_) in zip(self.joints, found, strict=True):
+            if slip > SLIPPING * speed:
+                raise SceneError(
+                    f"{bound.joint.said}: it slips with {slip:.3g} m/s at the start; give initial "
+                    "velocities without slip (a wheel's spin is its speed over its radius), or "
+                    "assemble=True to begin with the nearest ones"
+                )
 
     def _sliding(self, q: Expr, v: Expr) -> Expr:
         (a, _), own = self.places(q), self._coordinates(q)

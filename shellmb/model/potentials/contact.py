@@ -31,7 +31,7 @@ from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.user_forms import written
 from shellmb.native.expressions import values_at_states
 from shellmb.scene import Scene
-from shellmb.scene.loads.contacts import Contact, Faces, Potential
+from shellmb.scene.loads.contacts import Contact, Potential
 from shellmb.scene.lookup import said
 
 
@@ -55,9 +55,11 @@ class PotentialGroup(NodeGroup):
     Attributes:
         seen: That point with the axes at each node; None: there is none.
         resists: Whether it has friction or damping, which the account books as its loss.
+        holds: Whether it may hold a body alone: contacts open, and so do not.
     """
 
     resists = False
+    holds = True
 
     def __init__(
         self,
@@ -85,11 +87,6 @@ class PotentialGroup(NodeGroup):
         self.always = self.constant(0.0)
 
     @property
-    def holds(self) -> bool:
-        """Decide whether a potential may hold a body alone: contacts open, and so do not."""
-        return not hasattr(self.item, "preloaded") or bool(self.item.preloaded)
-
-    @property
     def owner(self) -> str:
         """Name of the body that it acts on."""
         return self.points.ends[0].owner
@@ -114,6 +111,10 @@ class PotentialGroup(NodeGroup):
     def potential(self, e: Expr) -> Expr:
         """Energy for a weight of one."""
         raise NotImplementedError
+
+    def by_normals(self, q: Floats, forces: Floats) -> tuple[Floats, Floats]:
+        """Parts of forces along normals and across them, as of contacts; none without normals."""
+        return forces[:0, 0], forces[:0]
 
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
@@ -171,6 +172,7 @@ class ContactGroup(PotentialGroup):
         turns = contact.friction * contact.radius > 0
         seen = None if carrier is None else (carrier, self.shape.point, self.shape.axes)
         super().__init__(contact, comm, points, turns, length, seen)
+        self.holds = contact.preloaded
         self.shape.bind(self.constant, length, self.always)
         self._size, self._arm = self.shape.size, self.constant(contact.radius)
         if self.seen is None:
@@ -400,7 +402,7 @@ def potential_groups(
     rigid_meshes: Mapping[str, MeshedBody],
     reduced: Mapping[str, Points],
     length: float,
-) -> list[PotentialGroup]:
+) -> tuple[list[UserPotential], list[ContactGroup]]:
     """All potentials and contacts of a scene; collective.
 
     Args:
@@ -415,20 +417,18 @@ def potential_groups(
     Raises:
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
-    groups: list[PotentialGroup] = []
-    contacts = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
-    items: tuple[Any, ...] = (*scene.potentials, *contacts)
-    for item in items:
+
+    def points_of(item: Potential | Contact) -> Points:
         (body,) = scene.bodies_of(item)
-        points = reduced.get(item.name)
-        if points is None:
-            points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
-        if isinstance(item, Potential):
-            groups.append(UserPotential(item, comm, points, length))
-        else:
-            name = item.obstacle_body
+        given = item.at, find, meshed, rigid_meshes, said(item)
+        return reduced.get(item.name) or acting_points(body.name, *given)
+
+    potentials = [UserPotential(p, comm, points_of(p), length) for p in scene.potentials]
+    contacts: list[ContactGroup] = []
+    for item in scene.contacts:
+        if not item.obstacle.deforms:
+            points, name = points_of(item), item.obstacle_body
             carrier = None if name is None else find(name, None, said(item))
-            contact = ContactGroup(item, comm, points, length, carrier)
-            contact.check_start()
-            groups.append(contact)
-    return groups
+            contacts.append(ContactGroup(item, comm, points, length, carrier))
+            contacts[-1].check_start()
+    return potentials, contacts

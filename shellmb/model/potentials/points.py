@@ -144,12 +144,12 @@ def _pairs(body: MeshedBody, numbers: Ints) -> Ints:
     return np.unique(np.sort(np.concatenate(domain.comm.allgather(np.concatenate(found)))), axis=0)
 
 
-def _measures(body: MeshedBody, on: Any, who: str) -> list[ufl.Measure] | None:
+def _measures(body: Any, on: Any, who: str) -> list[ufl.Measure] | None:
     """Measures of the area or length; None at points."""
     if on is None:
         return [body.rules.nodes]
     names = as_names(on)
-    if isinstance(body, BeamModel) or not isinstance(names[0], str):
+    if not isinstance(names[0], str):
         return None
     mesh = body.domain
     if set(names) <= set(mesh.points):

@@ -19,11 +19,9 @@ modes. The unknowns of a cell are the same for all of them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
-
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
@@ -40,7 +38,6 @@ from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.meshes.spaces import constant_space
 from shellmb.model.body import Body, Rates, same_everywhere
-from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import values_at
 from shellmb.model.massless import Scale, Targets
@@ -149,7 +146,7 @@ class ModalTerms(Body):
         super().__init__(f"terms of {self._of.name}", mixed, (), links)
         self.layout, self.kinematic = Layout(mixed.parts), frozenset(mixed.parts)
         # the vectors of the state: what each is at rest, from the centre of mass
-        directors = self._of.frames if isinstance(self._of, BeamModel) else self._of.director
+        directors = self._of.frames
         center = ufl.as_vector(list(map(float, frame.node)))
         rest = {"u": ufl.SpatialCoordinate(space.mesh) - center, "w": directors}
         self._rest = {
@@ -222,6 +219,11 @@ def modal_bodies(
     return found
 
 
+def modes_of(bodies: Iterable[Body]) -> list[Modes]:
+    """The modes of all reduced bodies of a system."""
+    return [body for body in bodies if isinstance(body, Modes)]
+
+
 def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
     """Points of reduced bodies by the names of potentials and contacts there; collective.
 
@@ -232,7 +234,7 @@ def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
         SceneError: If there is no such place.
     """
     found: dict[str, ModalPoints] = {}
-    for body in (body for body in bodies if isinstance(body, Modes)):
+    for body in modes_of(bodies):
         for name, (member, on, who) in body.data.touched.items():
             kept = body.data.members[member]
             points = points_on(kept.body, on, who)

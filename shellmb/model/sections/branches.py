@@ -137,70 +137,30 @@ class Course(NamedTuple):
     bows: bool
 
 
-class MaxwellBranches:
-    """The branches of a body.
+class MaxwellBranches(list["Branches"]):
+    """The branches of a body: those of each of its strains.
 
     Args:
         name: Name for the columns of histories.
         layout: Parts of the body's state.
         fading: Its strains with branches.
-
-    Attributes:
-        groups: Branches of each strain.
     """
 
     def __init__(self, name: str, layout: Layout, fading: Sequence[Fading]) -> None:
         self.name, self._layout = f"{name}.relaxation", layout
-        self.groups = [_Group(one) for one in fading]
+        super().__init__(Branches(f"{self.name}/{k}", one) for k, one in enumerate(fading))
 
     def term(self, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives; called once for each stage."""
-        return reduce(
-            joined, [group.term(self._layout, course, tests, trial) for group in self.groups]
-        )
-
-    def begin(self, q: fem.Function) -> None:
-        """Take the start: springs of branches that are not relaxed have all of the strain there."""
-        for group in self.groups:
-            group.begin(q)
-
-    def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
-        """Time of each branch with its stiffness about a state where it is relaxed."""
-        for group in self.groups:
-            yield from group.stiffness(q)
-
-    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
-        """Time of each branch with its stress by a change of a state where it is relaxed."""
-        for group in self.groups:
-            yield from group.stresses(q, change)
-
-    def held(self, q: fem.Function, dq: Expr) -> Form:
-        """Work of the stresses that `follow` takes, of the accepted state."""
-        return reduce(add, (group.held(q, dq) for group in self.groups))
-
-    def follow(self) -> None:
-        """Take the stresses of the accepted state."""
-        for group in self.groups:
-            group.follow()
-
-    def prepare(self, dt: float) -> None:
-        """Set the numbers of a step of a length [s]."""
-        for group in self.groups:
-            group.prepare(dt)
-
-    def accept(self) -> None:
-        """Take the strains at the end of the step that was solved."""
-        for group in self.groups:
-            group.accept()
+        return reduce(joined, [own.term(self._layout, course, tests, trial) for own in self])
 
     def energy(self) -> float:
         """Energy of the springs at the accepted state, J; collective."""
-        return self._sum([group.energy() for group in self.groups])
+        return self._sum([own.energy() for own in self])
 
     def loss(self) -> tuple[float, float]:
         """Energy that the scheme and the branches dissipate in the step just solved, J."""
-        found = [group.loss() for group in self.groups]
-        first, second = (self._sum([pair[k] for pair in found]) for k in (0, 1))
+        first, second = map(self._sum, zip(*(own.loss() for own in self), strict=True))
         return first, second
 
     def forces(self, mean: bool = False) -> Floats:
@@ -209,35 +169,26 @@ class MaxwellBranches:
         Args:
             mean: Whether they are means over the step just solved, not those of its start.
         """
-        return reduce(add, (group.forces(mean) for group in self.groups))[:, 0]
-
-    def springs(self, mean: bool) -> list[tuple[Expr, Expr]]:
-        """Strains of the springs of each group, of all its times by their factors, and its stress.
-
-        Args:
-            mean: Whether they are means over the step, as of the strains; if not, those that
-                `follow` takes, of the accepted state.
-        """
-        return [group.springs(mean) for group in self.groups]
+        return reduce(add, (own.forces(mean) for own in self))[:, 0]
 
     def _sum(self, parts: Sequence[float]) -> float:
-        return float(self.groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
-
-    def kept(self) -> Iterator[tuple[str, dict[str, Floats], fem.FunctionSpace]]:
-        """Strains of the springs, which a restart needs, with their space and a name."""
-        for k, group in enumerate(self.groups):
-            yield f"{self.name}/{k}", {str(i): X for i, X in enumerate(group.values)}, group.space
+        return float(self[0].comm.allreduce(sum(parts), op=MPI.SUM))
 
 
-class _Group:
+class Branches:
     """Branches of a strain.
+
+    Args:
+        name: Name in files.
+        fading: The strain with the branches.
 
     Attributes:
         values: Strains of the springs at the points, shape (branches, local dofs).
         C: Stiffness.
     """
 
-    def __init__(self, fading: Fading) -> None:
+    def __init__(self, name: str, fading: Fading) -> None:
+        self.name = name
         self._strain, self._dx, self.C = fading.strain, fading.dx, fading.C
         self._section = Branch(fading.C)
         self._times = np.array([time for time, _ in fading.branches])
@@ -302,6 +253,12 @@ class _Group:
         return path_terms(self._section, layout, self._strain, along.rows, tests, trial, integrate)
 
     def springs(self, mean: bool) -> tuple[Expr, Expr]:
+        """Strain of the springs, of all times by their factors, and its stress.
+
+        Args:
+            mean: Whether it is the mean over the step, as of the strain; if not, the one that
+                `follow` takes, of the accepted state.
+        """
         rows = self._rows[-1][0].rows
         moving = rows.states[: rows.moving]
         e = moment_of(self._strain, rows.stresses[0].moment, moving) if mean else self._now
@@ -314,16 +271,19 @@ class _Group:
         return np.sum(found, axis=0)[:, 1:], np.array([m[:, 0] for m in found]).T
 
     def begin(self, q: fem.Function) -> None:
+        """Take the start: springs of branches that are not relaxed have all of the strain there."""
         found = self._scattered(self._at_points(self._strain.value(q)))
         for values, relaxed in zip(self.values, self._relaxed, strict=True):
             values[:] = 0.0 if relaxed else found
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
+        """Time of each branch with its stiffness about a state where it is relaxed."""
         tested = self._strain.change(q, ufl.TestFunction(q.function_space))
         for time, stress in self.stresses(q, ufl.TrialFunction(q.function_space)):
             yield time, ufl.inner(stress, tested) * self._dx
 
     def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        """Time of each branch with its stress by a change of a state where it is relaxed."""
         stress = self._section.stress(self._strain.change(q, change))[0]
         for time, factor in zip(self._times.tolist(), self._factors, strict=True):
             yield time, fem.Constant(self._domain, float(factor)) * stress
@@ -334,6 +294,7 @@ class _Group:
         return out
 
     def prepare(self, dt: float) -> None:
+        """Set the numbers of a step of a length [s]."""
         self._found = None
         for along, course in self._rows if dt != self._dt else ():
             mixture, self._shares = self._mixture(dt, course)
@@ -351,10 +312,12 @@ class _Group:
         return np.asarray(np.einsum("np,cpi->cni", self._through, at))
 
     def held(self, q: fem.Function, dq: Expr) -> Form:
+        """Work of the stresses that `follow` takes, of the accepted state."""
         stress = self._section.stress(self._now)[0]
         return ufl.inner(stress, self._strain.change(q, dq)) * self._dx
 
     def follow(self) -> None:
+        """Take the stresses of the accepted state."""
         self._mix(self._now, self._factors)
 
     def _solved(self) -> tuple[Floats, Floats, Floats, Floats]:
@@ -371,9 +334,11 @@ class _Group:
         return self._found
 
     def change(self) -> Floats:
+        """Change of the strains over the step just solved, shape as of `values`."""
         return self._solved()[3]
 
     def accept(self) -> None:
+        """Take the strains at the end of the step that was solved."""
         self.values += self.change()
 
     @cached_property
@@ -407,14 +372,21 @@ class _Group:
         return self._factors * np.einsum("bcpi,cpij,bcpj->b", at, self._weighed, at)
 
     def forces(self, mean: bool) -> Floats:
+        """Stresses times weights of the cells of this rank, shape (cells, size)."""
         at = (self._solved()[0] if mean else self.values)[:, self._dofs[self._own]]
         found = 2 * np.einsum("b,cpij,bcpj->ci", self._factors, self._weighed, at)
         return np.asarray(found)
 
+    def kept(self) -> tuple[str, dict[str, Floats], fem.FunctionSpace]:
+        """Strains of the springs, which a restart needs, with their space and a name."""
+        return self.name, {str(k): X for k, X in enumerate(self.values)}, self.space
+
     def energy(self) -> float:
+        """Energy of the springs of this rank, J."""
         return float(self._norms(self.values).sum())
 
     def loss(self) -> tuple[float, float]:
+        """Energy that is dissipated in the step just solved, of this rank, J."""
         mean, moment, bow, _ = self._solved()
         course = self._rows[-1][1]
         ratios = self._dt / self._times

@@ -21,10 +21,9 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError, alike, warn
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
-from shellmb.model.rank_consistency import alike
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said

@@ -25,6 +25,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.errors import alike
 from shellmb.forms.materials import tension_field
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
@@ -32,7 +33,6 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.tying import cell_squares, coordinate_element, shell_forces
-from shellmb.model.rank_consistency import alike
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell, Wrinkling

@@ -20,7 +20,7 @@ from shellmb.model.shell_contact.mean_distance_slopes import Families, Places
 from shellmb.model.shell_contact.uncovered_contact import Between
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Scene
-from shellmb.scene.loads.contacts import Contact, Faces
+from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.lookup import said
 
 
@@ -142,7 +142,7 @@ class FacesContact:
         self.law = Law(reach, item.stiffness * points.weights[has], item)
         self.facets = facets_of(shell, self.x_dofs[:, 0])
         own = None
-        if item.at is None and isinstance(body, ShellModel) and not self.alone:
+        if item.at is None and body and body.described.directors == 1 and not self.alone:
             own = facets_of(body, self.whole_dofs[:, 0])
         apart = self._far_along()
         self._apart = None if apart is None else apart[has]
@@ -334,11 +334,12 @@ def faces_contacts(
     """
     found = []
     for item in scene.contacts:
-        if not isinstance(item.obstacle, Faces):
+        faces: Any = item.obstacle
+        if not faces.deforms:
             continue
         (body,) = scene.bodies_of(item)
         points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
-        shell = shells[item.obstacle.shell]
+        shell = shells[faces.shell]
         contact = FacesContact(item, points, meshed.get(body.name), shell, length)
         contact.check_start()
         found.append(contact)

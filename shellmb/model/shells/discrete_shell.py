@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Any
 
 from mpi4py import MPI
 
@@ -79,7 +80,7 @@ class DiscreteShell(MassiveBody):
         domain = surface_mesh.mesh
         own = has_own_strains(shell, domain)
         super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
-        self.director = reference_director(
+        self.director = self.frames = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
@@ -129,6 +130,28 @@ class DiscreteShell(MassiveBody):
         sizes = self.section.sizes
         E = getattr(self.shell.section, "E", None) or sizes.stiffness / sizes.thickness
         return E, sizes.mass / sizes.thickness
+
+    @property
+    def bending(self) -> tuple[float, float]:
+        """Bending stiffness `D` and mass, per width."""
+        sizes = self.section.sizes
+        return sizes.stiffness * sizes.thickness**2 / 12, sizes.mass
+
+    @property
+    def stretching(self) -> tuple[float, float]:
+        """Largest stiffness in the surface and mass, per width."""
+        return self.section.sizes.stiffness, self.section.sizes.mass
+
+    @property
+    def rigid_axes(self) -> Floats:
+        """Axes of a rigid body in its place, in columns: those of the scene."""
+        return np.eye(3)
+
+    def sizes_at(self, x: Floats) -> dict[str, Any]:
+        """Thickness at positions."""
+        section: Any = self.shell.section
+        varies = section.layered and section.functions
+        return {"thickness": section.at(x).thickness if varies else self.section.sizes.thickness}
 
     def natural_faces(self) -> list[Floats]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""

@@ -8,12 +8,11 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, alike
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.rank_consistency import alike
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
 from shellmb.scene.values.user_functions import OfPosition, values_at
 

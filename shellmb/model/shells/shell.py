@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 import numpy.typing as npt
 import ufl
@@ -21,6 +19,7 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.floating import shell as floating
 from shellmb.forms.floating.frame import frame_constraints
+from shellmb.forms.floating.geometric_stiffness import of_shell
 from shellmb.forms.measure import Measure
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Interval, assumed
@@ -251,6 +250,16 @@ class ShellModel(DiscreteShell):
     def forces(self, q: Expr) -> Expr:
         """Membrane and shear forces of the elements, shape (5,), N/m."""
         return self.layout.cells.force(self.section.formulation.N0 * self.layout.forces(q))
+
+    def strained(self, q: Expr) -> tuple[Expr, ...]:
+        """Strains and their energy per area where these do not follow from resultants."""
+        strains, formulation = self.strains(q), self.section.formulation
+        assert isinstance(formulation, NonlinearMixed)
+        return *strains.eps, *strains.kap, *strains.gam, formulation.psi(strains)
+
+    def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
+        """Energies of squares of rotations about a frame, as of `geometric_stiffness.of_shell`."""
+        return of_shell(N, self.layout.displacement(q), R, self.surface)
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""

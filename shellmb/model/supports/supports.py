@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from dolfinx import fem, mesh
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.meshes.surfaces.shell_lines import element_edges
 from shellmb.model.body import PrescribedTurn, TimeFunction
 from shellmb.model.locations.ends import frame_about
 from shellmb.model.locations.nodes import ON_NODE, Meshed, Nodes, Place, said_point, shared_nodes
@@ -214,7 +214,7 @@ class SupportRows:
         normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
         shared = self._nodes(support.at)
         along = np.abs(np.abs(shared.director @ normal) - 1) < PARALLEL
-        if isinstance(body, ShellModel) and along.any():
+        if along.any():
             at = said_point(shared.x[int(np.argmax(along))], body.domain.length)
             raise SceneError(
                 f"{self._who}: normal is {show(support.normal)}; it must not be the normal of the "
@@ -247,8 +247,9 @@ class SupportRows:
 
     def _along_edge(self, edge: str | tuple[str, ...]) -> None:
         """The director does not lean along the edge."""
-        body, who = self._body, said(self._support)
-        if not isinstance(body, ShellModel):
+        body: Any = self._body
+        who = said(self._support)
+        if self._described.directors != 1:
             raise SceneError(f"{who}: '{body.name}' is no shell; it must be one")
         for name in (edge,) if isinstance(edge, str) else edge:
             nodes = self._nodes(name)
@@ -316,25 +317,11 @@ def edge_tangents(body: ShellModel, edge: str, x: Floats, who: str) -> Floats:
         x: Positions of nodes, the same on all ranks, shape (n, 3).
         who: Who asks, for the error.
     """
-    domain = body.surface_mesh.mesh
     facets = body.surface_mesh.facets(edge, who)
-    facets = facets[facets < domain.topology.index_map(1).size_local]
-    space = body.mixed.subspaces["u"]
-    coordinates = space.tabulate_dof_coordinates()
-    found = []
-    ends = (
-        mesh.entities_to_geometry(domain, 1, facets)[:, :2]
-        if len(facets)
-        else np.zeros((0, 2), dtype=np.int32)
-    )
-    for facet, (a, b) in zip(facets, ends, strict=True):
-        tangent = domain.geometry.x[b] - domain.geometry.x[a]
-        dofs = fem.locate_dofs_topological(space, 1, np.array([facet]), remote=False)
-        found.append((coordinates[dofs], tangent / np.linalg.norm(tangent)))
-    everywhere = [item for part in domain.comm.allgather(found) for item in part]
-    sums = np.zeros_like(x)
-    tolerance = ON_NODE * body.domain.length
-    for nodes, tangent in everywhere:
+    sides = element_edges(body.surface_mesh, body.mixed, body.node_directors()[:, 0], facets)
+    sums, tolerance = np.zeros_like(x), ON_NODE * body.domain.length
+    for nodes, (first, *_, last) in zip(sides["x"], sides["corners"], strict=True):
+        tangent = (last - first) / np.linalg.norm(last - first)
         hit = (np.linalg.norm(x[:, None] - nodes[None], axis=2) < tolerance).any(axis=1)
         # facets carry no common direction: turn each towards what is there already
         sign = np.where(sums @ tangent < 0, -1.0, 1.0)

@@ -167,21 +167,19 @@ def _lower(a: Floats, b: Floats) -> Floats:
     return np.minimum(a, b)
 
 
-def build_own_bodies(scene: Scene, comm: MPI.Comm) -> dict[str, OwnBody]:
-    """The bodies of the user's own of a scene, by name; collective.
+def build_own_bodies(scene: Scene, comm: MPI.Comm) -> tuple[list[OwnBody], dict[str, PlacedBody]]:
+    """The bodies of the user's own of a scene, and those with places by name; collective.
 
     Args:
         scene: The scene.
         comm: Communicator of the model.
     """
     weights = [load for load in scene.loads if isinstance(load, Gravity)]
-    found: dict[str, OwnBody] = {}
+    found: list[OwnBody] = []
+    placed: dict[str, PlacedBody] = {}
     for described in scene.own_bodies:
-        assert isinstance(described, OwnBody)
-        if not described.placed:
-            found[described.name] = described.again(comm, OwnBody)
-            continue
-        body = described.again(comm, PlacedBody)
-        body.gravity = tuple(w for w in weights if described in scene.bodies_of(w))
-        found[described.name] = body
-    return found
+        if described.placed:
+            body = placed[described.name] = described.again(comm, PlacedBody)
+            body.gravity = tuple(w for w in weights if described in scene.bodies_of(w))
+        found.append(placed.get(described.name) or described.again(comm, OwnBody))
+    return found, placed

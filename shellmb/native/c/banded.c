@@ -60,12 +60,8 @@ static int eliminate_column(const Band *b, int k, int *reach)
     int last = k + pivot + b->above;
     *reach = last > *reach ? last : *reach;
     int count = (*reach < n ? *reach : n - 1) - k;
-    double *other = own + pivot * down;
-    for (int j = 0; pivot && j <= count; ++j) {
-        double swapped = own[j];
-        own[j] = other[j];
-        other[j] = swapped;
-    }
+    if (pivot)
+        swap(count + 1, own, own + pivot * down);
     double one = 1.0 / own[0];
     for (int r = 1; r <= rows; ++r) {
         double *row = own + r * down;
@@ -95,13 +91,6 @@ int band_factorise(const Band *b, const double *values)
     return 0;
 }
 
-static void exchange(double *x, int i, int j)
-{
-    double kept = x[i];
-    x[i] = x[j];
-    x[j] = kept;
-}
-
 /* Solve with the factors, of the matrix or its transpose. */
 void band_solve(const Band *b, int transposed, const double *rhs, double *x)
 {
@@ -117,7 +106,7 @@ void band_solve(const Band *b, int transposed, const double *rhs, double *x)
             y[k] /= row[0];
             add_vectors(b->counts[k], -y[k], row + 1, y + k + 1);
         } else {
-            exchange(y, k, b->pivots[k]);
+            swap(1, y + k, y + b->pivots[k]);
             add_vectors(below, -y[k], b->lower + (size_t)k * b->height, y + k + 1);
         }
     }
@@ -125,7 +114,7 @@ void band_solve(const Band *b, int transposed, const double *rhs, double *x)
         const double *row = b->factors + (size_t)k * b->width + below;
         if (transposed) {
             y[k] -= product_of(below, b->lower + (size_t)k * b->height, y + k + 1);
-            exchange(y, k, b->pivots[k]);
+            swap(1, y + k, y + b->pivots[k]);
         } else {
             y[k] = (y[k] - product_of(b->counts[k], row + 1, y + k + 1)) / row[0];
         }

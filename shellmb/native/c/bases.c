@@ -80,6 +80,16 @@ static ALWAYS void small_product(int m, int k, int n, double factor, const doubl
         }
 }
 
+/* Numbers of two places, so many of each, take each other's. */
+static ALWAYS void swap(int count, double *a, double *b)
+{
+    for (int j = 0; j < count; ++j) {
+        double kept = a[j];
+        a[j] = b[j];
+        b[j] = kept;
+    }
+}
+
 /* A X = B, (n, n) and (n, m): B becomes X and A is lost; no number where A is singular. By pivots in
  * columns: LAPACK takes ten times as long for six unknowns. */
 static ALWAYS void small_solve(int n, int m, double *A, double *B)
@@ -89,16 +99,8 @@ static ALWAYS void small_solve(int n, int m, double *A, double *B)
         for (int i = k + 1; i < n; ++i)
             if (fabs(A[i * n + k]) > fabs(A[pivot * n + k]))
                 pivot = i;
-        for (int j = 0; j < n; ++j) {
-            double swapped = A[k * n + j];
-            A[k * n + j] = A[pivot * n + j];
-            A[pivot * n + j] = swapped;
-        }
-        for (int j = 0; j < m; ++j) {
-            double swapped = B[k * m + j];
-            B[k * m + j] = B[pivot * m + j];
-            B[pivot * m + j] = swapped;
-        }
+        swap(n, A + k * n, A + pivot * n);
+        swap(m, B + k * m, B + pivot * m);
         double one = fabs(A[k * n + k]) > 0.0 ? 1 / A[k * n + k] : NOTHING;
         for (int i = 0; i < n; ++i) {
             double factor = A[i * n + k] * one;

@@ -171,6 +171,14 @@ typedef struct {
     double seconds;            /* that the last solution took */
 } Reduced;
 
+/* Linear forms over the cells of some meshes. */
+typedef struct {
+    int meshes;
+    const Cells **cells;
+    const Kernel **kernels;
+    const int *counts;         /* kernels of each mesh */
+} Residuals;
+
 /* What one process evaluates at once: the fields take the values of unknowns, others follow them, and
  * residuals are added up. */
 typedef struct {
@@ -182,10 +190,7 @@ typedef struct {
     const int *sizes, *terms;  /* as of `follow` */
     double **from, **to;
     const double *weights;
-    int meshes;
-    const Cells **cells;
-    const Kernel **kernels;
-    const int *counts;         /* kernels of each mesh */
+    const Residuals *meshes;
     double *sums;              /* (local,) */
     int held;
     const int64_t *fixed;      /* unknowns that have given values */

@@ -104,13 +104,19 @@ static void give(const Evaluation *e, const double *x)
     follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
 }
 
+/* Residuals over all meshes, added to `b`. */
+void residuals(const Residuals *of, double *b)
+{
+    for (int k = 0; k < of->meshes; ++k)
+        residual(of->cells[k], of->kernels[k], of->counts[k], b);
+}
+
 /* Residual `b` at the unknowns `x`, which the fields take. */
 static void evaluate_at(const Evaluation *e, const double *x, double *b)
 {
     give(e, x);
     memset(e->sums, 0, sizeof(double) * e->local);
-    for (int k = 0; k < e->meshes; ++k)
-        residual(e->cells[k], e->kernels[k], e->counts[k], e->sums);
+    residuals(e->meshes, e->sums);
     collect(e->local, e->wanted, e->sums, e->owned, b);
     hold(e->held, e->fixed, x, e->values, b, e->reactions);
 }

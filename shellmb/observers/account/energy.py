@@ -25,7 +25,6 @@ from shellmb.observers.deferred_observer import (
     SharedTable,
     StepValues,
 )
-from shellmb.preprocessing.modal.tangent import stretching
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling
@@ -141,9 +140,9 @@ class EnergyAccount(DeferredObserver):
         driven = any(fixed.moving for b in bodies for fixed in b.fixed)
         self._supports = StepValues(problem.support_work if driven else float)
         self._scales = _reaction_scales(simulation)
-        sized = [(*stretching(b), b.mixed.space.mesh) for b in simulation.model.meshed.values()]
+        sized = [(b.stretching[0], b.domain) for b in simulation.model.meshed.values()]
         # to an order of magnitude
-        at_rest = sum(k * length**mesh.topology.dim for k, _, length, mesh in sized)
+        at_rest = sum(k * on.length**on.mesh.topology.dim for k, on in sized)
         self._floor = max(self._floor, ROUND_OFF_STRAIN**2 * at_rest)
         # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
         # friction and damping, and energies

@@ -18,7 +18,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
-from shellmb.observers.fields.nodal import Nodes, nodal_bodies
+from shellmb.observers.fields.nodal import Nodes
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.simulate.simulation import Simulation
 
@@ -105,14 +105,13 @@ class BodyRotations(DeferredObserver):
         self._when = [(0.0, 0.0)] * STEPS
         if "v" not in simulation.scheme.rates:
             return
-        for name, body in nodal_bodies(model).items():
-            if isinstance(body, RigidBodies):
-                self._rigid = _Frames(body)
-            elif name not in model.own:
-                index_map = body.mixed.space.dofmap.index_map
-                first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
-                mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
-                self._flexible.append(_Flexible(name, Nodes(body, mine)))
+        if model.rigid is not None:
+            self._rigid = _Frames(model.rigid)
+        for name, body in model.meshed.items():
+            index_map = body.mixed.space.dofmap.index_map
+            first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
+            mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
+            self._flexible.append(_Flexible(name, Nodes(body, mine)))
         followed = [body.name for body in self._flexible]
         rigid = self._rigid.names if self._rigid else []
         self._turns = {name: Turn() for name in (*followed, *rigid)} | self._turns

@@ -72,6 +72,13 @@ def beam_compliance(beam: Beam) -> Floats:
     return np.vstack([Gamma, K])
 
 
+def compliance(body: Any, dynamic: bool) -> Floats:
+    """Strains of the resultants of a shell or beam; arguments as of `layup`."""
+    if not body.described.section.layered:
+        return beam_compliance(body.described)
+    return shell_compliance(body.described, layup(body, dynamic))
+
+
 def strains_by(compliance: Floats) -> Derived:
     """Strains, or stresses, from the first of some resultants, by rows of all points or of each."""
     return lambda R: np.asarray(

@@ -15,8 +15,8 @@ from shellmb.observers.fields.modal import ModalStrained, modal_members, readabl
 from shellmb.observers.fields.reserves import judged
 from shellmb.observers.fields.resultants import Strained
 from shellmb.observers.fields.through import NodalResultants, interlaminar, ply_rows, ply_state
-from shellmb.scene import LinearSection, Scene, Shell
-from shellmb.scene.checks.fields import kinds_of, wanted_fields
+from shellmb.scene import Scene, Shell
+from shellmb.scene.checks.fields import wanted_fields
 from shellmb.scene.fields import FIELDS, JUDGED, SPRINGS, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
@@ -90,7 +90,7 @@ class ChosenFields:
         sources |= {SLOPES} if self._judging else set()
         self._resultants: NodalResultants | None = None
         if sources - {OWN}:
-            found = resultants_of(simulation, body, layers=isinstance(body, ShellModel))
+            found = resultants_of(simulation, body, layers=True)
             self._resultants = NodalResultants(body, found, SLOPES in sources)
         self._strained: NodalResultants | None = None
         if OWN in sources:
@@ -99,13 +99,12 @@ class ChosenFields:
             self._strained = NodalResultants(body, strained)
 
     def _judge(
-        self, scene: Scene, body: ShellModel | BeamModel, names: tuple[str, ...]
+        self, scene: Scene, body: Any, names: tuple[str, ...]
     ) -> Callable[[Floats], dict[str, Floats]] | None:
         """Fields of each reserve factor of the body."""
         on = [r for r in scene.reserves if names and r.body in (None, body.name)]
         if not on:
             return None
-        assert isinstance(body, ShellModel)
         rows = ply_rows(body.shell, section.layup(body, self._dynamic))
         each = {reserve.name: judged(reserve, body.shell) for reserve in on}
         self.components |= {f"{name}_{reserve}": () for reserve in each for name in names}
@@ -176,19 +175,15 @@ def _fields(body: Any, name: str, dynamic: bool) -> dict[str, _Field]:
 
 def _strains(body: Any, name: str, dynamic: bool) -> _Field:
     """Strains or their energy, which follow from resultants of linear sections only."""
-    beam, strains = isinstance(body, BeamModel), name == "strains"
-    kind, described = ("beam", body.beam) if beam else ("shell", body.shell)
-    size = len(STRAINS[kind])
-    components = STRAINS[kind] if strains else FIELDS[name].components
-    if described.section.relaxes or not (beam or isinstance(described.section, LinearSection)):
+    described, strains = body.described, name == "strains"
+    every = STRAINS[described.label]
+    size, components = len(every), every if strains else FIELDS[name].components
+    if described.section.relaxes or not described.section.linear:
         return _Field(components, itemgetter(np.s_[:, :size] if strains else np.s_[:, size]), OWN)
     make = section.strains_by if strains else section.energy_by
     # of the resultants that are conjugate to strains, which stand last
-    if beam:
-        read, count = make(section.beam_compliance(described)), 6
-    else:
-        read, count = make(section.shell_compliance(described, section.layup(body, dynamic))), 8
-    return _Field(components, lambda R: read(R[:, -count:]))
+    read = make(section.compliance(body, dynamic))
+    return _Field(components, lambda R: read(R[:, -size:]))
 
 
 def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
@@ -200,7 +195,7 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
     scene, found = simulation.scene, {}
     for name, body in readable(simulation.model).items():
         described = scene.body(name)
-        wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in STATE)
+        wanted = tuple(w for w in wanted_fields(scene, described.field_kinds) if w not in STATE)
         if wanted:
             found[name] = ChosenFields(simulation, body, wanted)
     return found

@@ -19,7 +19,7 @@ from shellmb.arrays import Floats, Int32s
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.reduced.floating_body import Modes
+from shellmb.model.reduced.modal import modes_of
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import MIDDLE, values_in_cells
 from shellmb.observers.fields.by_section import held_plies
@@ -54,8 +54,7 @@ class ModalState:
         rigid = model.rigid
         assert rigid is not None
         self._comm, self.rigid = model.comm, rigid.name
-        every = (body for body in model.bodies if isinstance(body, Modes))
-        self.modes = next(modes for modes in every if modes.data is data)
+        self.modes = next(modes for modes in modes_of(model.bodies) if modes.data is data)
         index_map = rigid.mixed.space.dofmap.index_map
         frame = np.concatenate([rigid.local(data.name, part) for part in ("u", "w")])
         self._frame = frame[frame < index_map.size_local]
@@ -201,7 +200,8 @@ def resultants_of(
     if body.name in modal_members(simulation.model):
         return ModalResultants(simulation, body.name)
     relaxes = body.name in simulation.problem.branches
-    if layers and isinstance(body, ShellModel) and (relaxes or held_plies(body.shell)):
+    described: Any = body.described
+    if layers and described.section.layered and (relaxes or held_plies(described)):
         return LayerResultants(simulation, body)
     return Resultants(simulation, body)
 
@@ -214,9 +214,8 @@ class ModalStrained(ModalResultants):
         name: Name of the shell.
     """
 
-    def _vector(self, body: ShellModel | BeamModel, q: fem.Function) -> Expr:
+    def _vector(self, body: Any, q: fem.Function) -> Expr:
         """Strains, and resultants for the energy."""
-        assert isinstance(body, ShellModel)
         e, R = body.strains(q), super()._vector(body, q)
         return ufl.as_vector([*e.eps, *e.kap, *e.gam, *(R[k] for k in range(8))])
 

@@ -74,7 +74,7 @@ class Judged:
 
 def judged(reserve: Reserve, shell: Shell) -> Judged:
     """Utilisations of a shell by a reserve factor."""
-    layers = shell.section.generic.layers  # type: ignore[attr-defined]
+    layers = shell.section.generic.layers
     chosen = reserve.plies or range(1, len(layers) + 1)
     return Judged(reserve, shell, {k - 1: layers[k - 1].strength for k in chosen})
 

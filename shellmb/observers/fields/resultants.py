@@ -10,9 +10,9 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
+from shellmb.model.sections.branches import Branches
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.by_section import held_plies
@@ -21,9 +21,8 @@ from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation
 
 # quantity of a probe to its components among a body's resultants
-BEAM = {"force": (0, 1, 2), "moment": (3, 4, 5)}
-SHELL = {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
-RESULTANTS = {**BEAM, **SHELL}
+RESULTANTS: dict[str, tuple[int, ...]] = {"force": (0, 1, 2), "moment": (3, 4, 5)}
+RESULTANTS |= {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
 
 
 class Resultants:
@@ -64,7 +63,7 @@ class Resultants:
         at = state
         found = [_linear(body.resultants(state), levels, natural)]
         self._start: fem.Function | None = None
-        self._branches = problem.branches.get(body.name)
+        self._branches: Sequence[Branches] = problem.branches.get(body.name, ())
         if simulation.scheme.dynamic:
             step = problem.steps[body.name]
             # looked at when the step is accepted, and its start is overwritten
@@ -80,7 +79,7 @@ class Resultants:
 
     def _springs(self, when: str) -> Sequence[tuple[Expr, Expr]]:
         """Strains and stresses of the branches, if there are any."""
-        return () if self._branches is None else self._branches.springs(when == "mean")
+        return [own.springs(when == "mean") for own in self._branches]
 
     def _whole(self, body: Any, elastic: Expr, q: Expr, when: str) -> Expr:
         """Vector that is read, with branches.
@@ -119,8 +118,8 @@ class Resultants:
         # before the first step there is the state only
         if self._simulation.last:
             return self.at_nodes(self._expressions[-1])
-        if self._branches is not None:
-            self._branches.follow()
+        for own in self._branches:
+            own.follow()
         return self.at_nodes(self._expressions[0])
 
     def at_nodes(self, values: Callable[[], Floats]) -> Floats:
@@ -186,15 +185,8 @@ class Strained(Resultants):
     """
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
-        self._simulation, self._start, self._branches = simulation, None, None
-        q, formulation = simulation.problem.state(body.name), body.section.formulation
-        if isinstance(body, BeamModel):
-            e = body.strains(q)
-            parts = [*e, *body.section.formulation.stored(e, body.forces(q))]
-        else:
-            strains = body.strains(q)
-            assert isinstance(formulation, NonlinearMixed)
-            parts = [*strains.eps, *strains.kap, *strains.gam, formulation.psi(strains)]
+        self._simulation, self._start, self._branches = simulation, None, ()
+        parts = body.strained(simulation.problem.state(body.name))
         self._prepare(body, [ufl.as_vector(parts)])
 
 
@@ -207,8 +199,3 @@ def _linear(vector: Expr, levels: Levels, natural: object = None) -> Expr:
         return vector
     linear = expand_derivatives(change(vector, levels))
     return linear if natural is None else linear + vector
-
-
-def has_resultants(body: object, quantity: str) -> bool:
-    """Decide whether a probe's quantity is a resultant of a body."""
-    return quantity in (BEAM if isinstance(body, BeamModel) else SHELL)

@@ -18,7 +18,6 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.meshes.shared import sums_at_nodes
-from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.by_section import (
@@ -194,9 +193,7 @@ class NodalResultants:
         size: Number of the resultants.
     """
 
-    def __init__(
-        self, body: ShellModel | BeamModel, resultants: Resultants, slopes: bool = False
-    ) -> None:
+    def __init__(self, body: Any, resultants: Resultants, slopes: bool = False) -> None:
         self._resultants, self.solved = resultants, resultants.solved
         self.size = resultants.size
         self._space = body.mixed.subspaces["u"]
@@ -205,10 +202,7 @@ class NodalResultants:
         # elements at each node
         ones = np.ones((len(self._around), 1, 1))
         self._count = np.maximum(sums_at_nodes(self._space, ones), 1.0)
-        self._slopes: Slopes | None = None
-        if slopes:
-            assert isinstance(body, ShellModel)
-            self._slopes = Slopes(body)
+        self._slopes = Slopes(body) if slopes else None
 
     def _mean(self, values: Floats) -> Floats:
         """Means at the nodes of this rank, shape (n, k), of what elements have, (c, nodes, k)."""

@@ -3,15 +3,15 @@
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
 from shellmb.files.reading import first_error, read_json
 from shellmb.files.writing import write_text
-from shellmb.scene import Beam, Scene, Shell
+from shellmb.scene import Scene
 from shellmb.scene.units import Units, parse_units
+from shellmb.scene.values.validate import kind_of
 
 # name in a run directory
 DESCRIBED = "scene.json"
@@ -81,20 +81,13 @@ class Described:
 
 def describe(scene: Scene) -> Described:
     """A scene in plain values."""
-    bodies: tuple[Any, ...] = scene.bodies
-    kinds = {
-        body.name: "shell"
-        if isinstance(body, Shell)
-        else ("beam" if isinstance(body, Beam) else str(body.label))
-        for body in bodies
-    }
     return Described(
         scene.name,
         scene.scheme_name,
         not scene.static,
         scene.path is not None,
         scene.units,
-        kinds,
+        {body.name: kind_of(body) for body in scene.bodies},
         tuple(ProbeLine(p.name, p.quantity) for p in scene.probes),
         tuple(joint.name for joint in scene.joints),
         tuple(driver.name for driver in scene.drivers),

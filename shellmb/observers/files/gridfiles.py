@@ -7,7 +7,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from mpi4py import MPI
@@ -15,16 +14,12 @@ from mpi4py import MPI
 import dolfinx.plot
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.files.checksums import checksum
-from shellmb.files.grids import seal_grid
+from shellmb.files.checksums import checksum, seal_grid
 from shellmb.files.reading import read_bytes
+from shellmb.files.vtu import Packed, grid_file
 from shellmb.files.writing import write_bytes, write_text
 from shellmb.model.locations.nodes import Meshed
 
@@ -136,15 +131,10 @@ class GridFiles:
     ) -> None:
         self._folder, self._grid, self._components = folder, grid, dict(components or {})
         self._stem = grid.name.replace(" ", "_")
-        self._data, self._cell_data = _grid(grid), dict(cell_data)
-        self._writer = vtkXMLUnstructuredGridWriter()
-        self._writer.SetInputDataObject(self._data)
-        self._writer.SetDataModeToAppended()
-        # raw numbers, lightly compressed: half the time of pyvista's `save`
-        self._writer.EncodeAppendedDataOff()
-        self._writer.SetCompressorTypeToLZ4()
-        # VTK's own way to a file takes four times as long as all the rest of its work
-        self._writer.WriteToOutputStringOn()
+        self._cells = _cells(grid)
+        self._cell_data = [Packed(name, values) for name, values in cell_data.items()]
+        self._reference = Packed("reference", grid.nodes)
+        self._labels = [Packed("name", grid.labels)] if grid.labels else []
         self._sums: dict[int, str] = {}
 
     def file(self, number: int) -> Path:
@@ -158,25 +148,16 @@ class GridFiles:
             number: Its number.
             fields: Values at the nodes, "displacement" among them; the same names at all times.
         """
-        # new arrays: VTK remembers the ranges of numbers, of those that stay the same, too, and
-        # writes them
-        points, data = vtkPoints(), self._data.GetPointData()
-        points.SetData(_array(self._grid.nodes + fields["displacement"]))
-        self._data.SetPoints(points)
-        for key, values in {"reference": self._grid.nodes, **fields}.items():
-            _put(data, key, values, self._components.get(key, ()))
-        # what is shown when a file is opened
-        data.SetActiveScalars("displacement")
-        data.SetActiveVectors("displacement")
-        if self._grid.labels:
-            data.AddArray(_strings("name", self._grid.labels))
-        for key, values in self._cell_data.items():
-            _put(self._data.GetCellData(), key, values)
-        if not self._writer.Write():
-            raise OSError(f"{self.file(number)} cannot be written")
-        written: bytes | str = self._writer.GetOutputString()
-        # text only where no number makes it anything else
-        content = seal_grid(written.encode() if isinstance(written, str) else written)
+        components = self._components
+        points = [Packed(name, of, components.get(name, ())) for name, of in fields.items()]
+        sections = {
+            "PointData": [self._reference, *points, *self._labels],
+            "CellData": self._cell_data,
+            "Points": [Packed("Points", self._grid.nodes + fields["displacement"])],
+            "Cells": self._cells,
+        }
+        counts = len(self._grid.nodes), len(self._grid.vtk_types)
+        content = seal_grid(grid_file(sections, counts, shown="displacement"))
         write_bytes(self.file(number), content)
         self._sums[number] = checksum(content)
 
@@ -224,39 +205,17 @@ class GridFiles:
         return number in self._sums
 
 
-def _grid(grid: Grid) -> vtkUnstructuredGrid:
-    """The cells for VTK, whose own modules load in a tenth of the time that pyvista takes."""
-    data, cells = vtkUnstructuredGrid(), vtkCellArray()
-    ids = numpy_to_vtkIdTypeArray(np.asarray(grid.vtk_cells, dtype=np.int64), deep=True)  # type: ignore[no-untyped-call]
-    cells.ImportLegacyFormat(ids)
-    types = numpy_to_vtk(np.asarray(grid.vtk_types, dtype=np.uint8), deep=True)  # type: ignore[no-untyped-call]
-    data.SetCells(types, cells)
-    return data
-
-
-def _array(values: Floats) -> Any:
-    """A copy of numbers for VTK."""
-    return numpy_to_vtk(np.ascontiguousarray(values), deep=True)  # type: ignore[no-untyped-call]
-
-
-def _strings(name: str, values: Sequence[str]) -> vtkStringArray:
-    """An array of texts."""
-    array = vtkStringArray()
-    array.SetName(name)
-    for value in values:
-        array.InsertNextValue(value)
-    return array
-
-
-def _put(
-    data: vtkDataSetAttributes, name: str, values: Floats, components: Sequence[str] = ()
-) -> None:
-    """Name an array among those of the points or cells, and its components."""
-    array = _array(values)
-    array.SetName(name)
-    for k, component in enumerate(components):
-        array.SetComponentName(k, component)
-    data.AddArray(array)
+def _cells(grid: Grid) -> list[Packed]:
+    """Nodes of all cells, the end of each cell among them, and types."""
+    starts, place = [], 0
+    for _ in grid.vtk_types:
+        starts.append(place)
+        place += 1 + int(grid.vtk_cells[place])
+    return [
+        Packed("connectivity", np.delete(grid.vtk_cells, starts)),
+        Packed("offsets", np.cumsum(grid.vtk_cells[starts])),
+        Packed("types", grid.vtk_types),
+    ]
 
 
 def list_all(folder: Path, files: Mapping[str, GridFiles], times: Sequence[float]) -> None:

@@ -11,17 +11,14 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
-from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, state
 from shellmb.observers.files.gridfiles import Gatherer, Grid
 from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
 from shellmb.observers.forces.joints import joints_of
 from shellmb.observers.forces.locations import Places
-from shellmb.scene import Contact, LinearSection
 from shellmb.simulate.simulation import Simulation
 
 # types of cells in VTK
@@ -70,18 +67,13 @@ def drawn_mesh(body: Any, nodes: ModalNodes | FixedPoints | None = None) -> Draw
 
 def _sizes(body: Any, grid: Grid | None) -> dict[str, Floats]:
     """The thickness of a shell, the size of a beam's cross-section, m."""
-    if grid is None or not isinstance(body, BeamModel | ShellModel):
+    if grid is None:
         return {}
     ones = np.ones(len(grid.vtk_types))
-    if isinstance(body, BeamModel):
-        return {"size": body.beam.section.size * ones}
-    section = body.shell.section
-    if not (isinstance(section, LinearSection) and section.functions):
-        return {"thickness": body.section.sizes.thickness * ones}
     nodes = grid.vtk_cells.reshape(len(ones), -1)[:, 1:]
     # at the middle of each cell: what jumps between cells has no value at their nodes
     middle = grid.nodes[nodes].mean(axis=1)
-    return {"thickness": np.asarray(section.at(middle.T).thickness) * ones}
+    return {name: size * ones for name, size in body.sizes_at(middle.T).items()}
 
 
 class FixedPoints:
@@ -242,7 +234,7 @@ def drawn_parts(model: Model) -> dict[str, Drawn]:
     """Everything that is shown of a model, by name; collective."""
     found = drawn_bodies(model)
     # those of the scene are gone where a shell or beam is rigid
-    contacts = [group.item for group in model.potentials if isinstance(group.item, Contact)]
+    contacts = [group.item for group in model.contacts]
     middle, size = _middle(model, found) if contacts else (np.zeros(3), 0.0)
     for name, mesh in model.rigid_meshes.items():
         assert model.rigid is not None

@@ -7,7 +7,6 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.columns import KeptColumns
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
@@ -31,9 +30,10 @@ class ContactForces(KeptColumns):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem = simulation.problem
-        self._groups = [(g, resistance(problem, g.name)) for g in simulation.model.potentials]
+        groups = simulation.model.potentials
+        self._groups = [(g, resistance(problem, [(g.name, problem.last)])) for g in groups]
         for group, _ in self._groups:
-            names = (*AXES, *(CONTACT if isinstance(group, ContactGroup) else ()))
+            names = (*AXES, *(CONTACT if group in simulation.model.contacts else ()))
             names += () if group.seen is None else MOMENTS
             self.values.update({f"{group.item.name}.{name}": float("nan") for name in names})
         self._faces = problem.couplings
@@ -50,9 +50,8 @@ class ContactForces(KeptColumns):
             forces = -work[group.mixed.dofs["u1"]].reshape(-1, 3)
             sums = np.zeros(10)
             sums[:3] = forces.sum(axis=0)
-            if isinstance(group, ContactGroup):
-                normal, across = group.by_normals(middle, forces)
-                sums[3], sums[4:7] = normal.sum(), across.sum(axis=0)
+            normal, across = group.by_normals(middle, forces)
+            sums[3], sums[4:7] = normal.sum(), across.sum(axis=0)
             if group.seen is not None:
                 sums[7:] = group.seen.moments(middle, -work, group.mixed).sum(axis=0)
             simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
@@ -75,11 +74,10 @@ class ContactForces(KeptColumns):
         self._depths(simulation)
 
     def _depths(self, simulation: Simulation) -> None:
-        for group, _ in self._groups:
-            if isinstance(group, ContactGroup):
-                x = group.seen_positions(simulation.problem.levels[group.name].q.x.array)
-                depth = float(np.max(group.penetrations(x), initial=0.0))
-                depth = simulation.model.comm.allreduce(depth, op=MPI.MAX)
-                self.values[f"{group.item.name}.penetration"] = depth
+        for group in simulation.model.contacts:
+            x = group.seen_positions(simulation.problem.levels[group.name].q.x.array)
+            depth = float(np.max(group.penetrations(x), initial=0.0))
+            depth = simulation.model.comm.allreduce(depth, op=MPI.MAX)
+            self.values[f"{group.item.name}.penetration"] = depth
         for faces in self._faces:
             self.values[f"{faces.name}.penetration"] = faces.depth()

@@ -24,7 +24,7 @@ from shellmb.observers.deferred_observer import STEPS, SharedTable, StepValues
 from shellmb.observers.forces.reactions import HeldForces, gathered
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.meshgroups import residuals_of_field
+from shellmb.system.assembly.meshgroups import residuals_of_fields
 
 # numbers of local dofs of all steps that are added up together: more are no quicker
 TOGETHER = 100_000
@@ -103,7 +103,7 @@ class _BalanceRow:
             row, outside = problem.forms[body.name][stage], body in simulation.model.outside
             if forms := row.residual if outside else _work(row, body):
                 number = problem.number(body.name, stage)
-                find = residuals_of_field(self._system, number, compile_all(forms))
+                find = residuals_of_fields(self._system, {number: compile_all(forms)})
                 where = self._system.numbering.slice(number)
                 self._acting.append((-1.0 if outside else 1.0, where, StepValues(find)))
         self._held = HeldForces(problem, simulation.model, stage)

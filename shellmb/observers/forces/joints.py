@@ -73,7 +73,7 @@ class JointForces(DeferredObserver):
         columns |= self._freedoms.values
         # dampers have no forces in statics
         acting = [g for g in mechanism.element_groups if problem.forms[g.name][END].residual]
-        self._elements = [(g, resistance(problem, g.name)) for g in acting]
+        self._elements = [(g, resistance(problem, [(g.name, END)])) for g in acting]
         # terms of two rows at once are not in the row of a group alone
         self._branches = {
             name: branches
@@ -175,18 +175,20 @@ class JointColumns:
         mechanism = model.mechanism
         self.joints, self.names = list(mechanism.joints), column_names(mechanism)
         number = {name: k for k, name in enumerate(self.joints)}
-        self._groups = [
-            GroupForces(problem, group, joints_of(group), number, balance)
-            for group in mechanism.groups
+        groups, self._balance = mechanism.groups, len(balance)
+        works = resistance(problem, [(group.name, s) for group in groups for s in balance])
+        pitches = [
+            PitchForces(problem, group, mechanism.joints, number, balance, screws)
+            for screws in mechanism.screws
+            for group in {c.group.name: c.group for pair in screws.members for c in pair}.values()
         ]
-        for screws in mechanism.screws:
-            groups = {c.group.name: c.group for pair in screws.members for c in pair}.values()
-            self._groups += [
-                PitchForces(problem, group, mechanism.joints, number, balance, screws)
-                for group in groups
-            ]
-        # of each step: states of the groups, and forces
-        self._spans = [Span(*np.zeros((3, STEPS, group.size))) for group in self._groups]
+        # what finds works of forces: of all groups at once, and of pitches
+        self._works: list[StepValues | PitchForces] = [StepValues(works), *pitches]
+        self._groups = [GroupForces(problem, g, joints_of(g), number) for g in groups]
+        self._groups += pitches
+        # of each step: states of the groups, one behind the other, and forces
+        self._ends = np.cumsum([0, *(group.size for group in self._groups)]).tolist()
+        self._spans = np.zeros((STEPS, 3, self._ends[-1]))
         self._forces = SharedTable(model.comm, (len(number), 4, 3))
 
     def take(self, at: Callable[[str], Span], row: int = 0) -> None:
@@ -196,16 +198,20 @@ class JointColumns:
             at: States of a group over which forces act, by its name.
             row: Which of the steps that are kept it becomes.
         """
-        for group, kept in zip(self._groups, self._spans, strict=True):
-            for states, state in zip(kept, at(group.name), strict=True):
-                states[row] = state
-            group.take(row)
+        for works in self._works:
+            works.take(row)
+        spans = zip(*[at(group.name) for group in self._groups], strict=True)
+        for kept, states in zip(self._spans[row], spans, strict=False):
+            np.concatenate(states, out=kept)
         self._forces.take(row, self._add)
 
     def _add(self, rows: slice, forces: Floats) -> None:
         """Forces of some steps on this rank."""
-        for group, kept in zip(self._groups, self._spans, strict=True):
-            group.add(forces, Span(*(states[rows] for states in kept)), rows)
+        works = np.concatenate([each.of(rows) for each in self._works], axis=1)
+        for group, first, last in zip(self._groups, self._ends, self._ends[1:], strict=False):
+            mine = works[:, self._balance * first : self._balance * last]
+            each = mine.reshape(len(mine), self._balance, group.size).swapaxes(0, 1)
+            group.add(forces, Span(*self._spans[rows, :, first:last].swapaxes(0, 1)), each)
 
     def of(self, rows: slice) -> Floats:
         """Forces and moments of some steps in the joints' frames and the scene's, (k, n, 4, 3)."""
@@ -264,7 +270,6 @@ class GroupForces:
         group: The group.
         joints: Local cells of the joints, and the joints.
         number: Place of each joint in what is found, by its name.
-        balance: Stages of the rows that balance momenta, as of a scheme.
 
     Attributes:
         size: Number of the group's dofs.
@@ -276,31 +281,19 @@ class GroupForces:
         group: JointGroup | CoordinateGroup,
         joints: Joints,
         number: Mapping[str, int],
-        balance: Sequence[str],
     ) -> None:
         self.name = group.name
-        self._works = [StepValues(resistance(problem, group.name, s)) for s in balance]
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
         self._parts = parts_of(group, joints, number)
 
-    def take(self, row: int) -> None:
-        """Take the forces of a step; collective.
-
-        Args:
-            row: Which of the steps.
-        """
-        for work in self._works:
-            work.take(row)
-
-    def add(self, found: Floats, at: Span, rows: slice) -> None:
+    def add(self, found: Floats, at: Span, works: Floats) -> None:
         """Add forces and moments in the joints' frames and in the scene's.
 
         Args:
             found: Shape (steps, joints, 4, 3).
             at: States of the group over the steps, shape (steps, dofs).
-            rows: Which of the steps that were taken.
+            works: Works of its forces in the rows that balance momenta, shape (rows, steps, dofs).
         """
-        works = [work.of(rows) for work in self._works]
         for part in self._parts:
             # a weld along a region has an item for each of its nodes
             values = part.values(at, *works)
@@ -318,7 +311,7 @@ class PitchForces(GroupForces):
         group: Coordinates, some of which are of screws.
         joints: All joints by name.
         number: Place of each joint in what is found, by its name.
-        balance: As of `GroupForces`.
+        balance: Stages of the rows that balance momenta, as of a scheme.
         screws: The pitches.
     """
 
@@ -336,17 +329,22 @@ class PitchForces(GroupForces):
             c.item: joints[c.name] for pair in screws.members for c in pair if c.group is group
         }
         here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
-        super().__init__(problem, group, here, number, balance)
+        super().__init__(problem, group, here, number)
+        self._works = StepValues(resistance(problem, [(group.name, s) for s in balance]))
         self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]
 
+    def of(self, rows: slice) -> Floats:
+        """Works in some steps that were taken, shape (steps, rows of the balance times dofs)."""
+        return self._works.of(rows)
+
     def take(self, row: int) -> None:
-        """Take the forces of a step; collective."""
+        """Take the works of a step; collective."""
         (mine, dofs), (theirs, _) = self._held
         kept = [function.x.array[dofs] for function in mine]
         for function, pitch in zip(mine, theirs, strict=True):
             shares = self._screws.shares(pitch, self._group)
             function.x.array[dofs] = shares[self._group.nodes.item]
-        super().take(row)
+        self._works.take(row)
         for function, values in zip(mine, kept, strict=True):
             function.x.array[dofs] = values
 

@@ -1,19 +1,18 @@
 """Forces of supports, drivers and joints to ground: at nodes, and their sums."""
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
-from shellmb.model.reduced.floating_body import OnArms
 from shellmb.observers.deferred_observer import StepValues
 from shellmb.observers.fields.nodal import NodalBody, Nodes, NodeSums, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.meshgroups import residuals_of_field
+from shellmb.system.assembly.meshgroups import residuals_of_fields
 
 
 class Assembled(Protocol):
@@ -35,17 +34,17 @@ class Assembled(Protocol):
         ...
 
 
-def resistance(problem: Assembled, name: str, stage: str | None = None) -> Callable[[], Floats]:
-    """Make what finds the virtual work of a group's forces in a row.
+def resistance(problem: Assembled, rows: Iterable[tuple[str, str]]) -> Callable[[], Floats]:
+    """Make what finds the virtual work of forces of some groups, one behind the other.
 
     Args:
         problem: The system.
-        name: Name of the group.
-        stage: The row; None: that of the state at the end of a step.
+        rows: Names of the groups with the rows that the forces are in.
     """
-    number = problem.number(name, stage or problem.last)
-    forms = [form for form, rows in problem.system.residual_forms if rows == (number,)]
-    return residuals_of_field(problem.system, number, forms)
+    numbers = [problem.number(*row) for row in rows]
+    every = problem.system.residual_forms
+    forms = {k: [form for form, of in every if of == (k,)] for k in numbers}
+    return residuals_of_fields(problem.system, forms)
 
 
 def gathered(system: BlockSystem, local: Floats, reactions: Floats | None = None) -> Floats:
@@ -85,10 +84,10 @@ class HeldForces:
             return problem.system.numbering.slice(problem.number(body, stage))
 
         self.carriers = [Carrier(body, where(name)) for name, body in nodal_bodies(model).items()]
-        on_arms = (body for body in model.bodies if isinstance(body, OnArms))
+        on_arms = (body for body in model.bodies if body.arms is not None)
         self.carriers += [ArmCarrier(body, where(body.name)) for body in on_arms]
         self._planes = [
-            (where(plane.name), StepValues(resistance(problem, plane.name, stage)))
+            (where(plane.name), StepValues(resistance(problem, [(plane.name, stage)])))
             for plane in model.planes
         ]
         self._supported = model.supported
@@ -173,7 +172,7 @@ class ArmCarrier(Carrier):
         where: Its local dofs among those of the system.
     """
 
-    def __init__(self, body: OnArms, where: slice) -> None:
+    def __init__(self, body: Any, where: slice) -> None:
         self.name, self._where = body.name, where
         dofs = np.reshape(body.mixed.dofs["u"], (-1, 3)).astype(np.int64)
         self._sums = NodeSums(dofs, body.arms[body.nodes.item], 0, len(dofs))

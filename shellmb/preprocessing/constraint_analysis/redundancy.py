@@ -21,7 +21,13 @@ from shellmb.model.body import FixedDofs
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
-from shellmb.preprocessing.constraint_analysis.rows import Row, connected, inner_rows, local_rows
+from shellmb.preprocessing.constraint_analysis.rows import (
+    Row,
+    connected,
+    inner_rows,
+    local_rows,
+    looped,
+)
 from shellmb.scene.lookup import listed
 from shellmb.scene.multibody.joints import EdgeHinge
 
@@ -134,9 +140,8 @@ def _all_dependent(
     if gathered is not None:
         every = [row for part in gathered for row in part[0]]
         every += sorted((row for part in gathered for row in part[1]), key=_order(model))
-        found = [
-            item for part in connected(every) for item in _dependent(part, columns, sizes, bound)
-        ]
+        parts = connected(looped(every, columns, sizes), columns)
+        found = [item for part in parts for item in _dependent(part, columns, sizes, bound)]
     return model.comm.bcast(found) or []
 
 
@@ -278,12 +283,12 @@ def _beyond_a_corner(rows: list[Row]) -> bool:
 def _drop(model: Model, unknowns: Unknowns, redundant: list[Redundant]) -> None:
     """Hold the multipliers of redundant constraints at zero."""
     multipliers = [item.row.multiplier for item in redundant if item.row.inner]
+    groups = {group.name: group for group in model.constraint_groups}
+    for item in redundant:
+        if item.row.body in groups:
+            groups[item.row.body].drop(item.row.item, item.row.component)
     for body in model.bodies:
-        if isinstance(body, ConstraintGroup):
-            for item in redundant:
-                if item.row.body == body.name:
-                    body.drop(item.row.item, item.row.component)
-        elif "lam" in body.mixed.parts:
+        if "lam" in body.mixed.parts:
             lam = body.mixed.dofs["lam"]
             idle = lam[np.isin(unknowns.numbers[body.name][lam], multipliers)]
             if len(idle):
@@ -302,8 +307,7 @@ def largest_gap(model: Model, q: Mapping[str, fem.Function]) -> tuple[float, str
         The violation, relative to the scene's length, or of directions; whose it is; the violation
         in words.
     """
-    groups = [body for body in model.bodies if isinstance(body, ConstraintGroup)]
-    found = [worst_of(group, group.apart(q[group.name])) for group in groups]
+    found = [worst_of(group, group.apart(q[group.name])) for group in model.constraint_groups]
     return max(model.comm.allgather(max(found, default=(0.0, "", ""))))
 
 

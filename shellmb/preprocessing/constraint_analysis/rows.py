@@ -6,17 +6,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.frame import PAIRS
 from shellmb.model.body import Body
-from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
 
 # an entry below this part of a constraint's largest one is round-off of the difference
 ZERO = 1e-9
+# constraints whose combinations of unit size are larger than that are clearly independent
+CLEAR = 0.01
 
 
 @dataclass(frozen=True)
@@ -63,9 +66,7 @@ def local_rows(
         at: Local arrays of their states, by name; None: the reference.
     """
     rows = []
-    for body in model.bodies:
-        if not isinstance(body, ConstraintGroup):
-            continue
+    for body in model.constraint_groups:
         numbers, local = unknowns.numbers[body.name], body.nodes.mesh.topology.index_map(1)
         gradients, dofs, sizes = body.gradients(model.length, None if at is None else at[body.name])
         gaps = body.gaps(_states(numbers, given))
@@ -173,21 +174,69 @@ def _row(
     return Row(*whose, columns[keep], sums[keep], rate, gap, not ties.any())
 
 
-def connected(rows: Sequence[Row]) -> Iterator[list[Row]]:
-    """Rows by what they tie together; the order is kept within each part."""
-    above: dict[int, int] = {}
+def looped(rows: Sequence[Row], known: Ints, sizes: Floats) -> list[Row]:
+    """Rows without those that no others can imply: what is left are loops of what they tie.
 
-    def end_of(column: int) -> int:
-        while above.setdefault(column, column) != column:
-            above[column] = column = above[above[column]]
-        return column
+    Few constraints tie a body at the end of a chain. Where they are independent by its unknowns
+    alone, no combination of constraints has any of them, and without them the body before it is at
+    the end. A tree of any number of bodies has none left.
 
-    for row in rows:
-        for column in row.columns[1:]:
-            above[end_of(int(column))] = end_of(int(row.columns[0]))
+    Args:
+        rows: The constraints.
+        known: Numbers of all unknowns that they tie, ascending.
+        sizes: How far these move in motions of one size.
+    """
+    places = [np.searchsorted(known, row.columns) for row in rows]
+    entries = [row.entries * sizes[place] for row, place in zip(rows, places, strict=True)]
+    node = _components([p for row, p in zip(rows, places, strict=True) if row.inner], len(known))
+    nodes = [set(node[place].tolist()) for place in places]
+    ties: dict[int, set[int]] = {n: set() for n in range(len(known))}
+    for number, some in enumerate(nodes):
+        for n in some:
+            ties[n].add(number)
+    ends = np.cumsum(np.bincount(node, minlength=len(known)))[:-1]
+    columns = np.split(np.argsort(node, kind="stable"), ends)
+    queue, left = list(ties), set(range(len(rows)))
+    while queue:
+        n = queue.pop()
+        own = columns[n]
+        if not 0 < len(ties[n]) <= len(own):
+            continue
+        block = np.zeros((len(ties[n]), len(own)))
+        for part, number in zip(block, ties[n], strict=True):
+            here = node[places[number]] == n
+            part[np.searchsorted(own, places[number][here])] = entries[number][here]
+            part /= np.linalg.norm(entries[number])
+        if np.linalg.svd(block, compute_uv=False)[-1] > CLEAR:
+            for number in list(ties[n]):
+                left.discard(number)
+                for other in nodes[number]:
+                    ties[other].discard(number)
+                    queue.append(other)
+    return [rows[number] for number in sorted(left)]
+
+
+def connected(rows: Sequence[Row], known: Ints) -> Iterator[list[Row]]:
+    """Rows by what they tie together; the order is kept within each part.
+
+    Args:
+        rows: The constraints.
+        known: Numbers of all unknowns that they tie, ascending.
+    """
+    places = [np.searchsorted(known, row.columns) for row in rows]
+    part = _components(places, len(known))
     parts: dict[int, list[Row]] = {}
-    for row in rows:
+    for number, (row, place) in enumerate(zip(rows, places, strict=True)):
         # one that ties nothing is a part by itself
-        key = end_of(int(row.columns[0])) if len(row.columns) else -1 - row.multiplier
-        parts.setdefault(key, []).append(row)
+        parts.setdefault(part[place[0]] if len(place) else -1 - number, []).append(row)
     yield from parts.values()
+
+
+def _components(places: Sequence[Ints], size: int) -> Ints:
+    """Numbers of the parts that unknowns belong to which are tied to one another."""
+    first = [np.full(len(place) - 1, place[0]) for place in places if len(place)]
+    others = [place[1:] for place in places if len(place)]
+    none = np.zeros(0, dtype=int)
+    edges = np.concatenate([none, *first]), np.concatenate([none, *others])
+    graph = coo_array((np.ones(len(edges[0])), edges), shape=(size, size))
+    return np.asarray(connected_components(graph, directed=False)[1])

@@ -20,11 +20,11 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.frames.rigid_from_mesh import inertia_of
 from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
-from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
+from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
 from shellmb.preprocessing.modal.ritz import relaxing, ritz_vectors
 from shellmb.preprocessing.modal.supports import support_joint
-from shellmb.scene import Joint, Modal, Scene, Weld
+from shellmb.scene import Joint, Scene, Weld
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.schemes import SIMPLEST
@@ -89,7 +89,7 @@ def scene_of(
 class ReducedBody:
     """Shells and beams that are joined, reduced to modes; collective.
 
-    The modes are local arrays of the bodies that have nodes.
+    The modes are fields of `IsolatedBody`, as columns.
 
     Args:
         scene: The scene.
@@ -117,7 +117,7 @@ class ReducedBody:
         supports: Sequence[Any],
     ) -> None:
         bodies = [b for b in scene.meshed if b.name in names]
-        words = [b.model for b in bodies if isinstance(b.model, Modal)]
+        words = [b.modes for b in bodies if b.modes]
         who, self._name, self.joints = said(bodies[0]), names[0], list[Joint]()
         isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
         self._welded = [a.frame for a in attached]
@@ -141,8 +141,8 @@ class ReducedBody:
             )
         self._loads = SpreadLoads(isolated, loads)
         forces = [*self._loads.vectors(), *terms.forces()]
-        found = ritz_vectors(held, words[0].modes, self.center, forces, terms.stiffness())
-        self._find([isolated.vector(held.arrays(vector)) for vector in found])
+        found = ritz_vectors(held, words[0], self.center, forces, terms.stiffness())
+        self._find([isolated.vector(held.field(vector)) for vector in found])
         self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 
     def _find(self, vectors: list[Any]) -> None:
@@ -162,16 +162,10 @@ class ReducedBody:
         T = U[:, keep] / np.sqrt(size[keep])
         values, V = np.linalg.eigh(T.T @ K @ T)
         T = T @ V
-        local = [isolated.arrays(vector) for vector in vectors]
-        self.arrays: list[Arrays] = [
-            {n: sum(t * a[n] for t, a in zip(column, local, strict=True)) for n in local[0]}
-            for column in T.T
-        ]
+        self.modes = np.stack([isolated.field(vector) for vector in vectors], axis=1) @ T
         # amplitudes are displacements: the largest one of each mode, or turn times length, is one
-        sizes = np.array([self._largest(arrays) for arrays in self.arrays])
-        for arrays, largest in zip(self.arrays, sizes, strict=True):
-            for array in arrays.values():
-                array /= largest
+        sizes = self._largest()
+        self.modes /= sizes
         T /= sizes
         self.omega2, self.stiffness = values, values / sizes**2
         self._mixed = T / lengths[:, None]
@@ -181,22 +175,25 @@ class ReducedBody:
         if viscous is not None:
             self.damping = T.T @ isolated.gram(viscous, vectors) @ T
 
-    def _largest(self, arrays: Arrays) -> float:
+    def _largest(self) -> Floats:
+        """Largest vector of each mode."""
+        K = self.modes.shape[1]
         # in torsion a straight line does not move: directors times the length count, too
-        found = [
-            size * np.linalg.norm(arrays[name][body.mixed.dofs[part]].reshape(-1, 3), axis=1)
-            for name, body in self._isolated.model.meshed.items()
-            for part, size in (("u", 1.0), ("w", self._length))
+        parts = [
+            size * np.linalg.norm(part.reshape(-1, 3, K), axis=1)
+            for name in self._isolated.model.meshed
+            for part, size in zip(self._shapes(name), (1.0, self._length), strict=True)
         ]
-        local = float(np.max(np.concatenate(found), initial=0.0))
-        return self._isolated.comm.allreduce(local, op=MPI.MAX)
+        found = np.max(np.concatenate(parts), axis=0, initial=0.0)
+        self._isolated.comm.Allreduce(MPI.IN_PLACE, found, MPI.MAX)
+        return np.asarray(found)
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats, Floats]:
         """Masses of the points (R,), where they are (R, 3, K), and their coupling (R, 3)."""
-        isolated, K = self._isolated, len(self.arrays)
+        isolated, K = self._isolated, self.modes.shape[1]
         # in the order of the axes, then of the modes
-        shapes = [isolated.moved(arrays, a) for a in range(3) for arrays in self.arrays]
+        shapes = np.hstack([isolated.moved(self.modes, a) for a in range(3)]).T
         arms = [isolated.arm(a, self.center) for a in range(3)]
         gram = isolated.gram(isolated.M, [isolated.vector(field) for field in (*arms, *shapes)])
         # of each mode nearly all of its own mass is kept, however small that is
@@ -226,12 +223,8 @@ class ReducedBody:
         mass, points, coupling = self._points
         interfaces = tuple(map(self._interface, self._welded))
         members = {
-            member: Member(
-                isolated.bodies[member],
-                *self._shapes(member),
-                np.stack([arrays[member] for arrays in self.arrays], axis=-1),
-            )
-            for member in model.meshed
+            name: Member(body, *self._shapes(name), self.modes[isolated.own[name]])
+            for name, body in model.meshed.items()
         }
         return ModalBody(
             self._name,
@@ -245,8 +238,8 @@ class ReducedBody:
             mass,
             points,
             coupling,
-            self._loads.points(self.arrays, self.center, self._length),
-            self._loads.forces(self.arrays, self.center),
+            self._loads.points(self.modes, self.center, self._length),
+            self._loads.forces(self.modes, self.center),
             touched,
             self._length,
             float(np.sqrt(self._held(interfaces))),
@@ -276,10 +269,9 @@ class ReducedBody:
 
     def _shapes(self, name: str) -> tuple[Floats, Floats]:
         """Displacements and changes of directors of a body's nodes by the modes."""
-        dofs, (_, D) = self._isolated.bodies[name].mixed.dofs, self._isolated.nodes(name)
-        u = [arrays[name][dofs["u"]].reshape(-1, 3) for arrays in self.arrays]
-        w = [arrays[name][dofs["w"]].reshape(D.shape) for arrays in self.arrays]
-        return np.stack(u, axis=-1), np.stack(w, axis=-1)
+        dofs, D = self._isolated.bodies[name].mixed.dofs, self._isolated.nodes(name)[1]
+        own, K = self.modes[self._isolated.own[name]], self.modes.shape[1]
+        return own[dofs["u"]].reshape(-1, 3, K), own[dofs["w"]].reshape(*D.shape, K)
 
     def _interface(self, described: Interface) -> InterfaceModes:
         """Find how a frame moves with the modes; the same on all ranks."""

@@ -12,11 +12,9 @@ import ufl
 from dolfinx import fem
 
 from shellmb.arrays import Floats
-from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
-from shellmb.preprocessing.modal.tangent import bending
 from shellmb.system.assembly.functionals import functionals
 
 
@@ -28,24 +26,19 @@ class GeometricStiffness:
     """
 
     def __init__(self, body: ShellModel | BeamModel) -> None:
-        space, layout = body.mixed.space, body.layout
+        space = body.mixed.space
         self._q = q = fem.Function(space)
         self._R = fem.Constant(space.mesh, np.eye(3))
         formulation: Any = body.section.formulation
-        self._comm, self._plane = space.mesh.comm, isinstance(body, ShellModel)
-        stiff, _, length = bending(body)
+        self._comm, self._plane = space.mesh.comm, space.mesh.topology.dim == 2
+        (stiff, _), length = body.bending, body.domain.length
         # of a column with one end clamped
         self._euler = np.pi**2 / 4 * stiff / length**2 / float(formulation.N0)
         N = body.forces(q) / formulation.N0
         points, _ = basix.make_quadrature(space.mesh.basix_cell(), 2)
         self._read, N = values_in_cells(N, points, space.mesh), formulation.N0 * N
-        if isinstance(body, ShellModel):
-            densities = of_shell(N, layout.displacement(q), self._R, body.surface)
-            stiffness = body.section.sizes.stiffness
-        else:
-            densities = of_beam(N, layout.part(q, "u"), self._R, body.line)
-            stiffness = float(body.beam.section.stiffness[0, 0])
-        self._units = np.array([1.0, 1.0, stiffness])
+        densities = body.of_squares(N, q, self._R)
+        self._units = np.array([1.0, 1.0, body.stretching[0]])
         dx = ufl.dx(space.mesh, degree=2)
         self._energies = functionals([[density * dx] for density in densities], space.mesh.comm)
 

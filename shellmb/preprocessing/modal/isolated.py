@@ -13,19 +13,16 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.model.model import Model
 from shellmb.preprocessing.constraint_analysis.mobility import Motions
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
 from shellmb.preprocessing.constraint_analysis.redundancy import look_through
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales, tangent
-from shellmb.scene import Beam, Scene
+from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
 from shellmb.system.eigenvalues import eigenpairs
-
-# local arrays by name of the body
-Arrays = dict[str, Floats]
 
 # the shift of eigenproblems, and of static modes, relative to D/(m L^4): the latter is so small
 # that they are static, and not zero, because a frame may leave the body free to turn about it
@@ -44,16 +41,33 @@ class IsolatedBody:
     Attributes:
         model: The model.
         system: Its block system.
+        bodies: Bodies that have nodes by name, which come first in the system: a field is one array
+            of their local values, shape (size,); several are columns.
+        own: Places of their values in such an array.
+        size: Number of all these values.
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm) -> None:
         self.comm, self.model = comm, Model(scene, comm)
         look_through(self.model)
         self.system, self._stiffness, self._mass = tangent(self.model)
-        # those that have nodes
         self.bodies: dict[str, Any] = dict(self.model.meshed)
         if self.model.rigid is not None:
             self.bodies[self.model.rigid.name] = self.model.rigid
+        slices = map(self.system.numbering.slice, range(len(self.bodies)))
+        self.own = dict(zip(self.bodies, slices, strict=True))
+        self.size = int(self.system.numbering.offsets[len(self.bodies)])
+        # each on the rank that owns it
+        counts = {n: b.mixed.space.dofmap.index_map.size_local for n, b in self.bodies.items()}
+        self._owned = np.concatenate([self.own[n].start + np.arange(k) for n, k in counts.items()])
+        self._u, self._w = (self._vectors(part) for part in ("u", "w"))
+
+    def _vectors(self, part: str) -> Ints:
+        """Places of the vectors of a part, node after node, shape (n, 3)."""
+        bodies = self.bodies.items()
+        return np.concatenate(
+            [self.own[name].start + body.mixed.dofs[part].reshape(-1, 3) for name, body in bodies]
+        )
 
     @cached_property
     def K(self) -> PETSc.Mat:
@@ -97,25 +111,31 @@ class IsolatedBody:
         body = self.bodies[name]
         return body.node_positions(), body.node_directors()
 
-    def zeros(self) -> Arrays:
-        """Local arrays of all bodies that have nodes."""
-        return {f.name: np.zeros(f.size_all) for f in self.system.fields if f.name in self.bodies}
+    def of_body(self, name: str, values: Floats) -> Floats:
+        """A field from the local array of one body, zero elsewhere."""
+        out = np.zeros(self.size)
+        out[self.own[name]] = values
+        return out
 
-    def vector(self, arrays: Arrays) -> PETSc.Vec:
-        """A vector of the system from local arrays, zero where there are none."""
-        fields = self.system.fields
-        every = [arrays.get(f.name, np.full(f.size_all, np.nan)) for f in fields]
+    def vector(self, field: Floats) -> PETSc.Vec:
+        """A vector of the system from a field, zero where that is not a number."""
+        every = [np.full(f.size_all, np.nan) for f in self.system.fields]
+        for values, own in zip(every, self.own.values(), strict=False):
+            values[:] = field[own]
         out = self.K.createVecRight()
         out.array[:] = self.system.global_values(every, known=True)
         return out
 
-    def arrays(self, vector: PETSc.Vec) -> Arrays:
-        """Local arrays of the bodies that have nodes."""
-        values, numbering = self.system.local_values(vector), self.system.numbering
-        fields = enumerate(self.system.fields)
-        return {f.name: values[numbering.slice(k)] for k, f in fields if f.name in self.bodies}
+    def field(self, vector: PETSc.Vec) -> Floats:
+        """The field of a vector of the system."""
+        return self.system.local_values(vector)[: self.size]
 
-    def motion(self, axis: int, about: Floats, name: str | None = None) -> Arrays:
+    def work(self, forces: Floats, fields: Floats) -> Floats:
+        """Work of nodal forces on fields, shape (size, n), of what each rank owns; collective."""
+        local = forces[self._owned] @ fields[self._owned]
+        return np.asarray(self.comm.allreduce(local, op=MPI.SUM))
+
+    def motion(self, axis: int, about: Floats, name: str | None = None) -> Floats:
         """A rigid motion of all bodies, or of one frame.
 
         Args:
@@ -123,19 +143,25 @@ class IsolatedBody:
             about: Point that rotations are about, shape (3,), m.
             name: Name of the frame that moves alone; None: everything.
         """
-        arrays, unit = self.zeros(), np.eye(3)[axis % 3]
-        for body_name, body in self.bodies.items():
-            X, D = self.nodes(body_name)
-            u, w = np.tile(unit, (len(X), 1)), np.zeros_like(D)
-            if axis > 2:
-                u, w = np.cross(unit, X - about), np.cross(unit, D)
-            if name is not None:
-                rigid = body is self.model.rigid
-                here = body.node_mesh.item == body.index[name] if rigid else np.zeros(len(X), bool)
-                u, w = u * here[:, None], w * here[:, None, None]
-            arrays[body_name][body.mixed.dofs["u"]] = u.ravel()
-            arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
-        return arrays
+        out, unit = np.zeros(self.size), np.eye(3)[axis % 3]
+        out[self._u] = unit if axis < 3 else np.cross(unit, self._X - about)
+        out[self._w] = 0.0 if axis < 3 else np.cross(unit, self._D)
+        rigid = self.model.rigid
+        if name is None or rigid is None:
+            return out
+        alone = [self.own[rigid.name].start + rigid.local(name, part) for part in ("u", "w")]
+        out[np.setdiff1d(np.arange(self.size), np.concatenate(alone))] = 0.0
+        return out
+
+    @cached_property
+    def _X(self) -> Floats:
+        """Positions of all nodes of this rank, shape (n, 3), m."""
+        return np.concatenate([body.node_positions() for body in self.bodies.values()])
+
+    @cached_property
+    def _D(self) -> Floats:
+        """Directors of all nodes, one after the other, shape (n, 3)."""
+        return np.concatenate([b.node_directors().reshape(-1, 3) for b in self.bodies.values()])
 
     def free_motions(self, about: Floats) -> Floats:
         """Rigid motions that supports leave, as combinations of `motion`, shape (6, n); collective.
@@ -155,51 +181,45 @@ class IsolatedBody:
         U, s, _ = np.linalg.svd(motions.free()[first : first + 6], full_matrices=False)
         return motions.frames[name], U[:, s > SMALL]
 
-    def one(self) -> Arrays:
+    def one(self) -> Floats:
         """The scalar field 1, along x."""
-        return self.moved(self.motion(0, np.zeros(3)), 0)
+        return self.motion(0, np.zeros(3))
 
-    def arm(self, a: int, about: Floats) -> Arrays:
+    def arm(self, a: int, about: Floats) -> Floats:
         """The scalar field `X_a` with the directors' `D_a`, along x."""
-        arrays = self.zeros()
-        for name in self.model.meshed:
-            X, D = self.nodes(name)
-            dofs = self.bodies[name].mixed.dofs
-            arrays[name][dofs["u"].reshape(-1, 3)[:, 0]] = X[:, a] - about[a]
-            arrays[name][dofs["w"].reshape(D.shape)[:, :, 0]] = D[:, :, a]
-        return arrays
+        out = np.zeros(self.size)
+        out[self._u[:, 0]], out[self._w[:, 0]] = self._X[:, a] - about[a], self._D[:, a]
+        return out
 
-    def moved(self, arrays: Arrays, a: int, to: int = 0) -> Arrays:
-        """One component of a vector field as another one, of a field that has no more.
+    def moved(self, fields: Floats, a: int, to: int = 0) -> Floats:
+        """One component of vector fields as another one, of fields that have no more.
 
         Args:
-            arrays: The field.
+            fields: The fields.
             a: Number of the component.
             to: That of the other one; scalar fields are along x.
         """
-        out = self.zeros()
-        for name in self.model.meshed:
-            dofs = self.bodies[name].mixed.dofs
-            for part in ("u", "w"):
-                triples = dofs[part].reshape(-1, 3)
-                out[name][triples[:, to]] = arrays[name][triples[:, a]]
+        out = np.zeros_like(fields)
+        for vectors in (self._u, self._w):
+            out[vectors[:, to]] = fields[vectors[:, a]]
         return out
 
-    def force(self, arrays: Arrays) -> PETSc.Vec:
+    def turned(self, field: Floats, axis: int) -> Floats:
+        """`e_a x phi` of a field."""
+        out = np.zeros(self.size)
+        for vectors in (self._u, self._w):
+            out[vectors] = np.cross(np.eye(3)[axis], field[vectors])
+        return out
+
+    def force(self, forces: Floats) -> PETSc.Vec:
         """Nodal forces as a vector of the system, none on what supports hold.
 
         Those of nodes that are shared add up.
         """
-        numbering, out = self.system.numbering, self.K.createVecLeft()
-        numbers = numbering.local_to_global.astype(PETSc.IntType)
-        local = np.zeros(len(numbers))
-        for k, field in enumerate(self.system.fields):
-            if field.name in arrays:
-                # each on the rank that owns it
-                owned = self.bodies[field.name].mixed.space.dofmap.index_map.size_local
-                local[numbering.slice(k)][:owned] = arrays[field.name][:owned]
+        numbers, out = self.system.numbering.local_to_global, self.K.createVecLeft()
         out.set(0.0)
-        out.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
+        owned = numbers[self._owned].astype(PETSc.IntType)
+        out.setValues(owned, forces[self._owned], addv=PETSc.InsertMode.ADD)
         out.assemble()
         out.array[self.system.fixed] = 0.0
         return out
@@ -241,11 +261,11 @@ def lowest_frequency(model: Model, name: str) -> float:
     """
     scene = model.scene
     body: Any = scene.body(name)
-    if isinstance(body, Beam) and body.curve.shell is not None:
+    if body.along is not None:
         # it swings with the shell that it runs along
-        return lowest_frequency(model, body.curve.shell)
+        return lowest_frequency(model, body.along)
     supports = tuple(s for s in scene.supports if scene.bodies_of(s)[0].name == name)
-    parts: dict[str, Any] = {"beams" if isinstance(body, Beam) else "shells": body}
+    parts: dict[str, Any] = {body.home: body}
     parts |= {"supports": supports, "scheme": SIMPLEST, "dt": 1.0, "t_end": 1.0}
     isolated = IsolatedBody(Scene(f"{name} alone", **parts), model.comm)
     shift = -SHIFT * isolated.scale

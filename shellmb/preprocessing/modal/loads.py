@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -26,7 +25,7 @@ from shellmb.model.body import Rates, TimeFunction
 from shellmb.model.reduced.data import ModalForces, ModalPoint
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compiled
-from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
+from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.preprocessing.modal.tangent import Blocks
 from shellmb.scene.loads.loads import (
     EdgeForce,
@@ -58,7 +57,7 @@ class Dead:
 
     time: TimeFunction | None
     force: Floats
-    profile: Arrays
+    profile: Floats
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,6 @@ class FollowerLoad:
 
     time: TimeFunction | None
     along: Floats | None
-    body: str
     work: Callable[[Floats | None], Floats]
 
 
@@ -93,20 +91,16 @@ class SpreadLoads:
         others = [load for load in loads if not isinstance(load, DEAD)]
         self._followers = [found for load in others for found in self._turned_by(load)]
 
-    def vectors(self) -> list[Arrays]:
+    def vectors(self) -> list[Floats]:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
         isolated, found = self._isolated, []
         for dead in self._dead:
             found += [isolated.moved(dead.profile, 0, axis) for axis in range(3)]
-        for item in self._followers:
-            arrays = isolated.zeros()
-            arrays[item.body] = item.work(None)
-            # no moment is about the director of a shell
-            if self._work(arrays, arrays) > 0:
-                found.append(arrays)
-        return found
+        forces = [item.work(None) for item in self._followers]
+        # no moment is about the director of a shell
+        return found + [one for one in forces if isolated.work(one, one) > 0]
 
-    def points(self, modes: list[Arrays], center: Floats, length: float) -> tuple[ModalPoint, ...]:
+    def points(self, modes: Floats, center: Floats, length: float) -> tuple[ModalPoint, ...]:
         """Dead loads on the modes, as forces at points; collective.
 
         Args:
@@ -115,12 +109,11 @@ class SpreadLoads:
             length: Size of the body, m.
         """
         isolated, found = self._isolated, []
-        fields = (
-            [isolated.one(), *(isolated.arm(a, center) for a in range(3))] if self._dead else []
-        )
-        fields += [isolated.moved(m, a) for a in range(3) for m in modes] if self._dead else []
+        arms = [isolated.arm(a, center) for a in range(3)]
+        shapes = [isolated.moved(modes, a) for a in range(3)]
+        fields = np.column_stack([isolated.one(), *arms, *shapes])
         for dead in self._dead:
-            sums = np.array([self._work(dead.profile, field) for field in fields])
+            sums = isolated.work(dead.profile, fields)
             # forces and moments in one unit: nothing of the arms is large
             size = float(np.linalg.norm([sums[0], *sums[1:4] / length, *sums[4:]]))
             share, arm, shape = sums[0] / size, sums[1:4] / size, sums[4:] / size
@@ -128,7 +121,7 @@ class SpreadLoads:
             found.append(ModalPoint(dead.time, force, float(share), arm, shape.reshape(3, -1)))
         return tuple(found)
 
-    def forces(self, modes: list[Arrays], center: Floats) -> tuple[ModalForces, ...]:
+    def forces(self, modes: Floats, center: Floats) -> tuple[ModalForces, ...]:
         """All others, as forces on frame and amplitudes; collective."""
         return tuple(
             ModalForces(item.time, item.along, self._table(item, modes, center))
@@ -138,23 +131,18 @@ class SpreadLoads:
     def _directions(self, load: Any) -> Iterator[Dead]:
         """Directions in space that a load has independently."""
         isolated = self._isolated
-        arrays = isolated.zeros()
-        arrays[load.body] = _assembled(isolated.bodies[load.body], load)(None)
-        parts = [isolated.moved(arrays, i) for i in range(3)]
-        gram = np.array([[self._work(a, b) for b in parts] for a in parts])
-        sizes, directions = np.linalg.eigh(gram)
+        forces = _assembled(isolated, load)(None)
+        parts = np.column_stack([isolated.moved(forces, i) for i in range(3)])
+        sizes, directions = np.linalg.eigh([isolated.work(part, parts) for part in parts.T])
         for size, direction in zip(sizes, directions.T, strict=True):
             if size > NO_FORCE * sizes[-1]:
-                pairs = list(zip(direction, parts, strict=True))
-                profile = {n: sum(c * part[n] for c, part in pairs) for n in arrays}
-                yield Dead(load.time, direction, profile)
+                yield Dead(load.time, direction, parts @ direction)
 
     def _turned_by(self, load: Any) -> Iterator[FollowerLoad]:
         """List what turns with the body; of a moment each component along its axes."""
-        body = self._isolated.bodies[load.body]
 
         def follower(item: Any, along: Floats | None) -> FollowerLoad:
-            return FollowerLoad(load.time, along, load.body, _assembled(body, item))
+            return FollowerLoad(load.time, along, _assembled(self._isolated, item))
 
         if not isinstance(load, MOMENTS):
             yield follower(load, None)
@@ -170,46 +158,22 @@ class SpreadLoads:
                 turned = replace(described, moment=partial(_component, given, a, i))
                 yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
 
-    def _table(self, item: FollowerLoad, modes: list[Arrays], center: Floats) -> Floats:
+    def _table(self, item: FollowerLoad, modes: Floats, center: Floats) -> Floats:
         """Force and moment along the axes of the frame, and forces on the amplitudes.
 
         Returns:
             Of the body at rest, and per amplitude, shape (6 + K, 1 + K).
         """
-        isolated, K = self._isolated, len(modes)
+        isolated, still = self._isolated, item.work(None)
         rigid = [isolated.motion(axis, center) for axis in range(6)]
-        found = np.zeros((6 + K, 1 + K))
-        still = isolated.zeros()
-        still[item.body] = item.work(None)
-        for column, mode in enumerate([None, *modes]):
-            changed = still
-            if mode is not None:
-                changed = isolated.zeros()
-                changed[item.body] = item.work(mode[item.body])
-            found[:, column] = [self._work(changed, f) for f in (*rigid, *modes)]
-            if mode is not None:
-                # forces at rest on what the mode has moved
-                found[3:6, column] += [self._work(still, self._turned(mode, a)) for a in range(3)]
+        fields = np.column_stack([*rigid, modes])
+        changed = [still, *(item.work(mode) for mode in modes.T)]
+        found = np.stack([isolated.work(forces, fields) for forces in changed], axis=1)
+        for column, mode in enumerate(modes.T, start=1):
+            # forces at rest on what the mode has moved
+            turned = np.column_stack([isolated.turned(mode, axis) for axis in range(3)])
+            found[3:6, column] += isolated.work(still, turned)
         return found
-
-    def _turned(self, mode: Arrays, axis: int) -> Arrays:
-        """`e_a x phi`."""
-        out = self._isolated.zeros()
-        for name in self._isolated.model.meshed:
-            dofs = self._isolated.bodies[name].mixed.dofs
-            for part in ("u", "w"):
-                vectors = mode[name][dofs[part]].reshape(-1, 3)
-                out[name][dofs[part].ravel()] = np.cross(np.eye(3)[axis], vectors).ravel()
-        return out
-
-    def _work(self, forces: Arrays, field: Arrays) -> float:
-        """Work of nodal forces on a field, of what each rank owns; collective."""
-        total = 0.0
-        for name in self._isolated.model.meshed:
-            index_map = self._isolated.bodies[name].mixed.space.dofmap.index_map
-            here = slice(index_map.size_local)
-            total += float(forces[name][here] @ field[name][here])
-        return self._isolated.comm.allreduce(total, op=MPI.SUM)
 
 
 class TermsAtRest:
@@ -233,25 +197,22 @@ class TermsAtRest:
             if work is not None:
                 self._forms.append((body.name, work, q, time))
 
-    def forces(self) -> list[Arrays]:
+    def forces(self) -> list[Floats]:
         """Independent nodal forces; collective."""
         if not self._forms:
             return []
         found = []
         for t in self._times:
-            found.append(self._isolated.zeros())
-            for name, work, _, time in self._forms:
+            for _, _, _, time in self._forms:
                 time.value = t
-                found[-1][name] += _nodal(work)
-        forces = [self._isolated.force(arrays) for arrays in found]
+            own = [self._isolated.of_body(name, _nodal(work)) for name, work, *_ in self._forms]
+            found.append(np.sum(own, axis=0))
+        forces = [self._isolated.force(one) for one in found]
         gram = np.array([[one.dot(other) for one in forces] for other in forces])
         if not np.all(np.isfinite(gram)) or not np.any(gram):
             return []
         sizes, directions = np.linalg.eigh(gram)
-        return [
-            {n: sum(c * a[n] for c, a in zip(shares, found, strict=True)) for n in found[0]}
-            for shares in directions.T[sizes > NO_FORCE * sizes[-1]]
-        ]
+        return list(directions.T[sizes > NO_FORCE * sizes[-1]] @ np.array(found))
 
     def stiffness(self) -> PETSc.Mat | None:
         """Stiffness that holds the body, when it is largest; None without; collective."""
@@ -272,8 +233,9 @@ class TermsAtRest:
         return largest
 
 
-def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
-    """Virtual work of a load at rest, or its derivative along a state; local arrays."""
+def _assembled(isolated: IsolatedBody, load: Any) -> Callable[[Floats | None], Floats]:
+    """Nodal forces of a load at rest, or their derivative along a field."""
+    body = isolated.bodies[load.body]
     acting = body.loads_of([load])
     acting.update(lambda time: 1.0)
     q, change = fem.Function(body.mixed.space), fem.Function(body.mixed.space)
@@ -282,9 +244,9 @@ def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
 
     def along(direction: Floats | None) -> Floats:
         if direction is None:
-            return _nodal(work)
-        change.x.array[:] = direction
-        return _nodal(ufl.derivative(work, q, change))
+            return isolated.of_body(load.body, _nodal(work))
+        change.x.array[:] = direction[isolated.own[load.body]]
+        return isolated.of_body(load.body, _nodal(ufl.derivative(work, q, change)))
 
     return along
 

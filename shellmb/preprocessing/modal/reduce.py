@@ -21,7 +21,6 @@ from shellmb.model.frames.rigid_from_mesh import (
 )
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
-from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.modal.basis import Attachment, ReducedBody
 from shellmb.preprocessing.modal.supports import stays_rigid
 from shellmb.scene import Gravity, RigidBody, Scene
@@ -30,7 +29,6 @@ from shellmb.scene.checks.whole import groups_of
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import node_of
 from shellmb.scene.multibody.rigid import Interface
@@ -64,7 +62,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     joints = tuple(made.joint(joint) for joint in scene.joints)
     supports = [joint for support in scene.supports for joint in made.support(support)]
     elements = tuple(
-        made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.force_elements
+        made.ends(e, said(e)) if e in scene.point_elements else e for e in scene.force_elements
     )
     loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.on_frame(given) for given in scene.initial)
@@ -178,8 +176,8 @@ class _Reduction:
         """Coordinates of a place on any body."""
         if isinstance(where, tuple) and not isinstance(where[0], str):
             return where
-        body = self._scene.body(name) if name != GROUND else None
-        if isinstance(body, RigidBody):
+        body: Any = self._scene.end(name, who)
+        if body.single and name != GROUND:
             return triple(body.place(where))
         return place_of(where, self.mesh(name), who)
 
@@ -206,7 +204,7 @@ class _Reduction:
 
     def _region(self, name: str, where: Any) -> bool:
         mesh = self.mesh(name)
-        named = isinstance(mesh, ShellModel) and isinstance(where, str)
+        named = mesh.described.directors == 1 and isinstance(where, str)
         return named and (where in mesh.domain.edges or where in mesh.domain.areas)
 
     def joint(self, joint: Joint) -> Joint:

@@ -15,7 +15,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.preprocessing.modal.isolated import SHIFT, STATIC, Arrays, IsolatedBody
+from shellmb.preprocessing.modal.isolated import SHIFT, STATIC, IsolatedBody
 from shellmb.system.eigenvalues import eigenpairs
 
 # displacements by a force, relative to those in bending, that are round-off: a body gives way in
@@ -30,7 +30,7 @@ def ritz_vectors(
     isolated: IsolatedBody,
     count: int,
     center: Floats,
-    loads: list[Arrays],
+    loads: list[Floats],
     springs: PETSc.Mat | None,
 ) -> list[PETSc.Vec]:
     """Static modes of all frames and the lowest modes with them fixed; else those of the body.
@@ -56,7 +56,7 @@ def ritz_vectors(
         isolated.gram(isolated.M, [isolated.vector(isolated.one())])[0, 0]
     )
     body = Held(isolated, isolated.K, center, frames=True)
-    static = [*felt(body, [isolated.force(arrays) for arrays in loads]), *body.moved()]
+    static = [*felt(body, [isolated.force(forces) for forces in loads]), *body.moved()]
     found = [*body.lowest(count), *static]
     if springs is not None:
         forces = [springs * vector for vector in (*static, *body.motions)]

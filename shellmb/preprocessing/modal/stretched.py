@@ -10,14 +10,16 @@ bent body, and where springs act on it what bends these with it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from shellmb.preprocessing.modal.isolated import STATIC, Arrays, IsolatedBody
+import numpy as np
+
+from shellmb.preprocessing.modal.isolated import STATIC, IsolatedBody
 from shellmb.scene import Scene
 
 # Newton's method from the displacements of the linear body: most bodies take four iterations, and
@@ -51,13 +53,15 @@ def stiffening(scene: Scene, comm: MPI.Comm, parts: Parts) -> float:
     isolated = IsolatedBody(
         replace(scene, shells=exact(scene.shells), beams=exact(scene.beams), redundant="drop"), comm
     )
-    given = isolated.zeros()
+    # what is joined to the bodies moves with them
+    shape = np.full(isolated.size, np.nan)
     for name, values in parts.items():
-        dofs = isolated.bodies[name].mixed.dofs
+        own, dofs = shape[isolated.own[name]], isolated.bodies[name].mixed.dofs
+        own[:] = 0.0
         for part in dofs.keys() & values.keys():
-            given[name][dofs[part]] = values[part]
+            own[dofs[part]] = values[part]
     # they do no work on what moves freely
-    force, linear = _bending(isolated, {name: given[name] for name in parts})
+    force, linear = _bending(isolated, isolated.vector(shape), parts)
     for share in SHARES:
         # what forces along the body do has opposite signs in both, and a caution of its own
         moved = [_moved(isolated, sign * share * force, sign * share * linear) for sign in (1, -1)]
@@ -66,7 +70,9 @@ def stiffening(scene: Scene, comm: MPI.Comm, parts: Parts) -> float:
     return 0.0
 
 
-def _bending(isolated: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Vec]:
+def _bending(
+    isolated: IsolatedBody, shape: PETSc.Vec, names: Collection[str]
+) -> tuple[PETSc.Vec, PETSc.Vec]:
     """Forces in balance that give bodies a shape, up to a rigid motion, and what they do; linear.
 
     They are elastic forces `K_b g` of the bodies with `K_b K^-1 K_b g = K_b shape`: by conjugate
@@ -75,16 +81,17 @@ def _bending(isolated: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Ve
     Args:
         isolated: The scene.
         shape: Small states of bodies.
+        names: Names of these.
     """
     at_rest = isolated.solver(isolated.K, isolated.M, STATIC * isolated.scale)
-    elastic = isolated.stiffness_of(shape.keys())
+    elastic = isolated.stiffness_of(names)
 
     def solved(force: PETSc.Vec) -> PETSc.Vec:
         moved = force.duplicate()
         at_rest.solve(force, moved)
         return moved
 
-    force = elastic * isolated.vector(shape)
+    force = elastic * shape
     linear = solved(force)
     left = force - elastic * linear
     search = better = solved(left)

@@ -17,14 +17,14 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame, describe
 from shellmb.preprocessing.modal.isolated import IsolatedBody
-from shellmb.scene import GROUND, Beam, Clamped, Hinged, Joint, Revolute, Support, Weld
+from shellmb.scene import GROUND, Clamped, Hinged, Joint, Revolute, Support, Weld
 from shellmb.scene.multibody.rigid import Interface
 
 
 def stays_rigid(support: Support, target: Any) -> bool:
     """Decide whether each edge of a support moves as a rigid frame."""
     if isinstance(support, Hinged):
-        return isinstance(target, Beam) and not np.any(support.offset)
+        return target.directors == 3 and not np.any(support.offset)
     return isinstance(support, Clamped)
 
 

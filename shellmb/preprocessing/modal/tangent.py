@@ -10,10 +10,9 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.model.body import TimeFunction, added
+from shellmb.model.body import Body, TimeFunction, added
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
-from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.bodyfields import body_field
 from shellmb.schemes.interval import at_state
@@ -41,7 +40,7 @@ def tangent(
     """
     fields: list[Field] = []
     followers: list[DependentFunctions] = []
-    absent: list[tuple[InertiaPoints, Floats]] = []
+    absent: list[tuple[Body, Floats]] = []
     stiffness: Blocks = {}
     alone: list[list[Form]] = []
     mass: Blocks = {}
@@ -49,7 +48,7 @@ def tangent(
     for k, body in enumerate(model.bodies):
         space = body.mixed.space
         q = fem.Function(space)
-        if arrays and f"{body.name}/q" not in arrays and isinstance(body, InertiaPoints):
+        if arrays and f"{body.name}/q" not in arrays and body.follows:
             absent.append((body, np.asarray(q.x.array)))
         elif arrays:
             q.x.array[:] = arrays[f"{body.name}/q"]
@@ -82,27 +81,10 @@ def tangent(
     return system, stiffness, mass
 
 
-def bending(body: ShellModel | BeamModel) -> tuple[float, float, float]:
-    """Bending stiffness `D`, mass `m` and length `L` of a shell, per width, or of a beam."""
-    if isinstance(body, ShellModel):
-        sizes = body.section.sizes
-        return sizes.stiffness * sizes.thickness**2 / 12, sizes.mass, body.surface_mesh.length
-    section = body.beam.section
-    return float(np.min(np.diag(section.stiffness)[4:])), section.mass[0], body.domain.length
-
-
-def stretching(body: ShellModel | BeamModel) -> tuple[float, float, float]:
-    """Largest stiffness in the surface of a shell, mass and length, per width, or along a beam."""
-    if isinstance(body, ShellModel):
-        return body.section.sizes.stiffness, body.section.sizes.mass, body.surface_mesh.length
-    section = body.beam.section
-    return float(section.stiffness[0, 0]), section.mass[0], body.domain.length
-
-
 def bending_scale(body: ShellModel | BeamModel) -> float:
     """`D/(m L^4)` of a shell or beam: the size of the square of its lowest frequency, rad^2/s^2."""
-    stiffness, mass, length = bending(body)
-    return stiffness / mass / length**4
+    stiffness, mass = body.bending
+    return stiffness / mass / body.domain.length**4
 
 
 def bending_scales(model: Model) -> list[float]:

@@ -9,10 +9,9 @@ from mpi4py import MPI
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, alike, of_first
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, first_error, read_bytes, read_json
-from shellmb.model.rank_consistency import alike, of_first
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY

@@ -22,7 +22,6 @@ from shellmb.scene import (
     Scene,
     Spherical,
 )
-from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import said, small_strains
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.rolling import Contact
@@ -187,8 +186,7 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:
         where = "fixed in space and does not rotate with the system"
-        faces = isinstance(getattr(item, "obstacle", None), Faces)
-        if faces or getattr(item, "obstacle_body", None) is not None:
+        if not item.in_space:
             where = "between bodies, and modes of rotating bodies have no contact"
         raise SceneError(f"modes: {said(item)} is {where}; remove it")
     for own in scene.own_bodies:

@@ -187,9 +187,9 @@ class Linearised:
         """
         forms: dict[float, Blocks] = {}
         for k, body in enumerate(self.model.bodies):
-            own = branches_of(body)
             q = self.relaxation.functions[body.name]
-            for time, form in () if own is None else own.stiffness(q):
+            pairs = (pair for own in branches_of(body) or () for pair in own.stiffness(q))
+            for time, form in pairs:
                 forms.setdefault(time, {}).setdefault((k, k), []).append(form)
         matrix = self.system.symmetric_matrix
         return {time: matrix(of, 0.0, columns) for time, of in forms.items()}

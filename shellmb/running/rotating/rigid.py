@@ -10,7 +10,7 @@ body by body, and these motions satisfy the equations with `i Omega`, that is it
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -21,10 +21,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from shellmb.arrays import Bools, Floats, Int32s
+from shellmb.arrays import Floats, Int32s
 from shellmb.model.body import rigid_rate
 from shellmb.model.frames.frame import FrameBody
-from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import NodalBody, nodal_bodies
@@ -32,8 +31,6 @@ from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.quadratic import Pair, product
 from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
-from shellmb.scene.loads.contacts import Faces
-from shellmb.scene.multibody.elements import JointElement, PointElement
 
 Functions = Mapping[str, fem.Function]
 
@@ -253,9 +250,8 @@ class Spins:
         self.rest = tuple({name: f.copy() for name, f in of.items()} for of in motion)
         # of each body the dofs of its directors, these, and the matrix that mixes them
         self._bodies: list[tuple[FrameBody, Int32s, Floats, Floats]] = []
-        for body in products.model.bodies:
-            if not isinstance(body, FrameBody):
-                continue
+        rigid = [] if products.model.rigid is None else [products.model.rigid]
+        for body in (*products.model.beams.values(), *rigid):
             w = body.mixed.dofs["w"].reshape(-1, 3, 3)
             d = body.frames_at(products.q[body.name].x.array)
             velocity, acceleration = (of[body.name].x.array for of in self.rest)
@@ -275,7 +271,7 @@ class Spins:
         """
         changes = 0.0
         for body, w, d, mixing in self._bodies:
-            for here in _single(body):
+            for here in body.pieces():
                 turned = [np.where(here, np.cross(e, d), 0.0) for e in np.eye(3)]
                 mixed = [mixing.swapaxes(1, 2) @ part for part in turned]
                 rows, columns = (
@@ -296,24 +292,13 @@ def _directed(body: FrameBody, w: Int32s, values: Floats) -> fem.Function:
     return function
 
 
-def _single(body: FrameBody) -> Iterator[Bools]:
-    """Nodes of each part of a body that is a body of its own, to be multiplied with vectors."""
-    if isinstance(body, RigidBodies):
-        for item in range(len(body.bodies)):
-            yield (body.node_mesh.item == item)[:, None, None]
-    else:
-        yield np.array([[[True]]])
-
-
 def _free(scene: Scene) -> Floats:
     """Projection on the directions in which all can go on without resistance, shape (3, 3)."""
-    elements = [e for e in scene.force_elements if isinstance(e, PointElement)]
-    in_space = any(GROUND in (e.first, e.second) for e in elements)
-    at_rest = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
-    in_space = in_space or any(c.obstacle_body is None for c in at_rest)
+    in_space = any(GROUND in (e.first, e.second) for e in scene.point_elements)
+    in_space = in_space or any(c.in_space for c in scene.contacts)
     if scene.supports or scene.potentials or in_space:
         return np.zeros((3, 3))
-    acts = [e.joint for e in scene.force_elements if isinstance(e, JointElement)]
+    acts = [e.joint for e in scene.joint_elements]
     acts += [part.joint for parts in (scene.drivers, scene.locks) for part in parts]
     held = np.zeros((3, 3))
     for joint in scene.joints:
@@ -392,7 +377,7 @@ class FreeMotions:
         given = np.concatenate([part[u][:, None], length * part[w]], axis=1)
         normal = np.einsum("nmik,nmil->nkl", rows, rows)
         right = np.einsum("nmik,nmi->nk", rows, given)
-        if not isinstance(body, RigidBodies):
+        if body is not self._rotating.model.rigid:
             comm = self._rotating.model.comm
             normal, right = (
                 np.broadcast_to(comm.allreduce(a.sum(axis=0)), a.shape) for a in (normal, right)

@@ -17,9 +17,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.body import Body, added
-from shellmb.model.frames.frame import FrameBody
 from shellmb.model.model import Model
-from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.native.assembler import assembled_as
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
@@ -36,7 +34,6 @@ from shellmb.running.rotating.rigid import (
     unsteady_part,
 )
 from shellmb.scene import Driven, JointDamper, Motor, Scene
-from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import SIMPLEST
@@ -119,11 +116,11 @@ class StateFrame(RotatingFrame):
     def _along(self, q: Expr, rate: Expr) -> Expr:
         """The rate that a neighbouring state has: along its own directors that of the state."""
         body = self.body
-        if not isinstance(body, FrameBody):
+        here, there = (body.vectors_at(at).get("w", ()) for at in (self._state, q))
+        if len(here) != 3:
             return rate
         components = [rate[i] for i in range(rate.ufl_shape[0])]
         first, size = body.mixed.parts["w"]
-        here, there = body.directors(self._state), body.directors(q)
         for k in range(first, first + size, 3):
             own = ufl.as_vector(components[k : k + 3])
             turned = sum(ufl.dot(d, own) * e for d, e in zip(here, there, strict=True))
@@ -233,7 +230,7 @@ class MovingState(Linearised):
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
-        points = [b for b in model.bodies if isinstance(b, InertiaPoints)]
+        points = [b for b in model.bodies if b.follows]
         if points and f"{points[0].name}/q" not in arrays:
             self.relaxation.joined()
             for body in points:
@@ -267,7 +264,7 @@ def check_state(scene: Scene, scheme: str) -> None:
             "multiply the loads by it and compute the modes of the loaded scene, without a state"
         )
     for contact in scene.contacts:
-        if isinstance(contact.obstacle, Faces):
+        if contact.obstacle.deforms:
             raise SceneError(
                 f"modes: contact '{contact.name}' is with the faces of a shell, which is no part "
                 "of the linearised equations; compute the modes without a state, or remove it"
@@ -312,7 +309,7 @@ def _motion(
     problem = Problem(model, make_scheme(SIMPLEST, 0.0)) if dynamic else None
     for body in model.bodies:
         given = arrays.get(f"{body.name}/q")
-        if given is None and not dynamic and isinstance(body, InertiaPoints):
+        if given is None and not dynamic and body.follows:
             # it follows from modes and frames
             continue
         if given is None or given.shape != q[body.name].x.array.shape:

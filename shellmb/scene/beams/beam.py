@@ -1,11 +1,13 @@
 """Beams, and how they are glued to shells."""
 
-from collections.abc import Callable
-from typing import Any, Literal
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import InstanceOf
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
@@ -57,6 +59,48 @@ class Beam(Deforming):
     terms: Listed[Callable[..., Any]] = NONE
     natural: InstanceOf[BeamNaturalStrain] | None = None
 
+    home = "beams"
+    # no file has its mesh, and its elements have one form
+    refined_times = None
+    cell = None
+    directors = 3
+    quantities = ("force", "moment")
+    mass_word = "mass per length"
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of its ends."""
+        return self.curve.point_names
+
+    edge_names = point_names
+
+    @property
+    def field_kinds(self) -> set[str]:
+        """Kinds of fields that it may have."""
+        return super().field_kinds if self.rigid else {"beam"}
+
+    @property
+    def along(self) -> str | None:
+        """Name of the shell in whose mesh it lies; None: it has a mesh of its own."""
+        return self.curve.shell
+
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Number of elements."""
+        return (self.elements,)
+
+    def with_sides(self, sides: Iterable[int]) -> Self:
+        """The beam with another number of elements."""
+        return replace(self, elements=sum(sides))
+
+    def divided(self, times: int) -> Self:
+        """The beam with so many elements in place of one."""
+        return replace(self, elements=times * self.elements)
+
+    def some_positions(self, s: Floats) -> Floats | None:
+        """Positions along it."""
+        return None if self.along is not None else self.curve.position(s)
+
     def __post_init__(self) -> None:
         """Check the mesh and the direction of the section.
 
@@ -73,7 +117,7 @@ class Beam(Deforming):
                 f"beam '{self.name}': natural is given with an extension, and stretching is False; "
                 "it must be True, or extension must be left out"
             )
-        if self.curve.shell is not None:
+        if self.along is not None:
             if self.up is not None:
                 raise refused(self, "up", "it must be left out along a shell, whose director is d3")
             return

@@ -1,12 +1,8 @@
 """Check that the fields that a scene asks for are those of its bodies."""
 
 from shellmb.errors import SceneError
-from shellmb.scene.beams.beam import Beam
-from shellmb.scene.description import Body, Description
+from shellmb.scene.description import Description
 from shellmb.scene.fields import DEFAULT, FIELDS, JUDGED
-from shellmb.scene.shells.laminate import Laminate
-from shellmb.scene.shells.sections import LinearSection
-from shellmb.scene.shells.shell import Shell
 from shellmb.scene.shells.strength import CRITERIA
 from shellmb.scene.values.validate import error_of, listed, said
 
@@ -20,22 +16,6 @@ OWNERS = {
     "relaxing": "shell whose section relaxes",
     "held": "shell whose plies have natural strains",
 }
-
-
-def kinds_of(body: Body) -> set[str]:
-    """Fields that a body can have, by the kinds in `FieldKind.bodies`."""
-    if not isinstance(body, Shell | Beam) or body.rigid:
-        return {"rigid"}
-    if isinstance(body, Beam):
-        return {"beam"}
-    kinds = {"shell", "relaxing"} if body.section.relaxes else {"shell"}
-    if isinstance(body.section, LinearSection):
-        kinds.add("linear")
-    if isinstance(body.section, Laminate):
-        kinds.add("laminate")
-    if body.natural is not None and body.natural.plies:
-        kinds.add("held")
-    return kinds
 
 
 def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
@@ -69,7 +49,7 @@ def check_fields(scene: Description) -> None:
     Raises:
         SceneError: If there is one; those of the state alone may be without owner.
     """
-    there = set[str]().union(*(kinds_of(body) for body in scene.bodies))
+    there = set[str]().union(*(body.field_kinds for body in scene.bodies))
     if scene.joints:
         there.add("joint")
     for name in scene.output.fields:
@@ -92,9 +72,9 @@ def check_reserves(scene: Description) -> None:
     for reserve in scene.reserves:
         shell = scene.shell(reserve.body, said(reserve))
         who = f"{said(reserve)}: {said(shell)}"
-        if "linear" not in kinds_of(shell):
+        if "linear" not in shell.field_kinds:
             raise SceneError(f"{who} has no stresses of plies; it must be a {OWNERS['linear']}")
-        criterion, layers = CRITERIA[reserve.criterion], shell.section.generic.layers  # type: ignore[attr-defined]
+        criterion, layers = CRITERIA[reserve.criterion], shell.section.generic.layers
         if max(reserve.plies, default=1) > len(layers):
             raise SceneError(
                 f"{who} has {len(layers)} plies, and plies has {max(reserve.plies)}; numbers must "

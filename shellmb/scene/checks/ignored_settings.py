@@ -7,12 +7,10 @@ import numpy as np
 
 from shellmb.errors import SceneError, warn
 from shellmb.scene.control.signals import Signal
-from shellmb.scene.description import Body, Description
+from shellmb.scene.description import Description
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven
-from shellmb.scene.multibody.own_bodies import UserBody
-from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.scene.values.user_functions import on_trial
 from shellmb.scene.values.validate import error_of, listed, refused, said, show
@@ -148,27 +146,20 @@ def _velocities(scene: Description) -> None:
         )
 
 
-def _heavy(body: Body) -> bool:
-    """Decide whether a body has a mass."""
-    if isinstance(body, UserBody):
-        return body.massive
-    return bool(body.mass > 0 if isinstance(body, RigidBody) else body.section.masses[0])
-
-
 def _weights(scene: Description) -> tuple[str, ...]:
     """In statics bodies need no mass, except under gravity; warns where some have none."""
     found = []
     for load in scene.loads:
         if not isinstance(load, Gravity):
             continue
-        light = [body for body in scene.bodies_of(load) if not _heavy(body)]
+        light = [body for body in scene.bodies_of(load) if not body.mass_given > 0]
         if len(light) == len(scene.bodies_of(load)):
             raise SceneError(
                 f"{said(load)}: it pulls at {', '.join(map(said, light))}, whose mass is 0; give "
                 "its section a density, or leave the load out"
             )
         # rigid links without mass are common, sections without density are forgotten
-        forgotten = [body.name for body in light if not isinstance(body, RigidBody)]
+        forgotten = [body.name for body in light if not body.single]
         if forgotten:
             found.append(
                 f"{said(load)}: it does not pull at {listed(forgotten)}, which has no mass; give "

@@ -6,12 +6,12 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.locations import EDGES, areas_of, check_place, edges_of
+from shellmb.scene.checks.locations import EDGES, check_place
 from shellmb.scene.control.signals import Signal
-from shellmb.scene.description import Body, Description
+from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.multibody.couplings import Coupled
-from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
+from shellmb.scene.multibody.elements import Driver, Lock
 from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
@@ -25,12 +25,10 @@ from shellmb.scene.multibody.joints import (
     Weld,
 )
 from shellmb.scene.multibody.offsets import Offset
-from shellmb.scene.multibody.own_bodies import UserBody
-from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
-from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time
 from shellmb.scene.values.validate import error_of, listed, said, show
 
@@ -47,10 +45,9 @@ def check(scene: Description) -> None:
     for joint in scene.joints:
         _joint(scene, joint)
     _coordinates(scene)
-    for element in scene.force_elements:
-        if isinstance(element, PointElement):
-            for body, at in ((element.first, element.at), (element.second, element.second_at)):
-                _end(scene, body, at, said(element))
+    for element in scene.point_elements:
+        for body, at in ((element.first, element.at), (element.second, element.second_at)):
+            _end(scene, body, at, said(element))
     _glues(scene)
     for probe in scene.probes:
         _quantity(scene, probe)
@@ -72,37 +69,37 @@ def _joint(scene: Description, joint: Joint) -> None:
     for body, allowed, which in zip(
         (first, second), joint.shells, ("first", "second"), strict=True
     ):
-        if _frameless(body) and not allowed:
+        if not (body.framed or allowed):
             raise SceneError(
-                f"{joint.said}: {which} is {_end_said(body)}, whose nodes have no frame; it must "
+                f"{joint.said}: {which} is {said(body)}, whose nodes have no frame; it must "
                 "be the ground, a rigid body or a beam, connected to it by a Weld or, to a shell, "
                 "a ShellRevolute joint or an EdgeHinge along its edge"
             )
-    if isinstance(joint, Weld) and isinstance(second, UserBody):
-        if joint.second_at not in _regions(second):
-            known = listed(_regions(second)) or "none"
+    if isinstance(joint, Weld) and not second.directors:
+        if joint.second_at not in second.region_names:
+            known = listed(second.region_names) or "none"
             raise SceneError(
                 f"{joint.said}: second_at is {show(joint.second_at)}; it must be a region of "
                 f"{said(second)}: {known}, because its nodes carry no moment"
             )
-    if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
-        raise error_of(joint, f"second is {_end_said(second)}; it must be a shell, or use Weld")
+    if isinstance(joint, ShellRevolute) and second.directors != 1:
+        raise error_of(joint, f"second is {said(second)}; it must be a shell, or use Weld")
     if joint.at is None:
-        if not isinstance(first, RigidBody):
+        if joint.first == GROUND or not first.single:
             raise error_of(
-                joint, f"at is missing; it must be given where the first body is {_end_said(first)}"
+                joint, f"at is missing; it must be given where the first body is {said(first)}"
             )
     else:
         _end(scene, joint.first, joint.at, joint.said)
-    along = _regions(second) if isinstance(joint, Weld) else ()
+    along = second.region_names if isinstance(joint, Weld) else ()
     if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
     elif isinstance(joint, Distance):
         raise error_of(joint, "second_at is missing; it must be the other end of the distance")
-    elif isinstance(joint, Rolling) and not isinstance(second, RigidBody):
+    elif isinstance(joint, Rolling) and not second.single:
         raise SceneError(
             f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
-            f"second body is {_end_said(second)}"
+            f"second body is {said(second)}"
         )
     if isinstance(joint, Distance) and joint.second_at == joint.at:
         if joint.length is None or joint.given:
@@ -117,33 +114,31 @@ def _joint(scene: Description, joint: Joint) -> None:
         )
 
 
-def _edge_hinge(
-    scene: Description, joint: EdgeHinge, bodies: tuple[Body | None, Body | None]
-) -> None:
+def _edge_hinge(scene: Description, joint: EdgeHinge, bodies: tuple[SceneBody, SceneBody]) -> None:
     """A hinge along edges: its ends, and what may act on many angles."""
     who = joint.said
-    if not any(isinstance(body, Shell) for body in bodies):
+    if not any(body.directors == 1 for body in bodies):
         raise SceneError(
-            f"{who}: neither {_end_said(bodies[0])} nor {_end_said(bodies[1])} is a shell; one of "
+            f"{who}: neither {said(bodies[0])} nor {said(bodies[1])} is a shell; one of "
             "them must be, or use Revolute"
         )
     for body, where, name, at in zip(
         bodies, ("first", "second"), (joint.at, joint.second_at), ("at", "second_at"), strict=True
     ):
-        if isinstance(body, Beam | UserBody):
+        if body.directors != 1 and not body.single:
             raise SceneError(
                 f"{who}: {where} is {said(body)}; it must be a shell, a rigid body or the ground"
             )
-        if isinstance(body, Shell):
+        if not body.single:
             if name is None:
-                known = listed(edges_of(body) or ()) or "those of its mesh"
+                known = listed(body.edge_names or ()) or "those of its mesh"
                 raise SceneError(
                     f"{who}: {at} is missing; it must be an edge of {said(body)}: {known}"
                 )
             check_place(body, name, who, EDGES)
         elif name is not None:
             raise SceneError(
-                f"{who}: {at} is {show(name)} and {where} {_end_said(body)}; it must be left out, "
+                f"{who}: {at} is {show(name)} and {where} {said(body)}; it must be left out, "
                 "as the edge of the shell says where the hinge is"
             )
     if joint.rigid_angle:
@@ -160,25 +155,10 @@ def _edge_hinge(
             )
 
 
-def _regions(body: Body | None) -> tuple[str, ...]:
-    """Edges and areas of a shell, regions of a body of the user's own."""
-    if not isinstance(body, Shell | UserBody):
-        return ()
-    return (*(edges_of(body) or ()), *areas_of(body))
-
-
-def _frameless(body: Body | None) -> bool:
-    return isinstance(body, Shell | UserBody) and body.nodal
-
-
-def _end_said(body: Body | None) -> str:
-    return "the ground" if body is None else said(body)
-
-
 def _end(scene: Description, name: str, at: Any, who: str) -> None:
     """One end of a joint or element."""
     body = scene.end(name, who)
-    if body is not None:
+    if name != GROUND:
         check_place(body, at, who)
     elif not isinstance(at, tuple):
         raise SceneError(
@@ -221,9 +201,8 @@ def _coordinates(scene: Description) -> None:
                     f"lock of joint '{lock.joint}': active has the window ({start:g}, {end:g}); "
                     "it must begin at 0 or later"
                 )
-    for element in (*scene.force_elements, *_coupled(scene)):
-        if isinstance(element, JointElement):
-            scene.coordinates_of(element)
+    for element in (*scene.joint_elements, *_coupled(scene)):
+        scene.coordinates_of(element)
     relations: tuple[Any, ...] = (*scene.joints, *scene.couplings)
     for relation in relations:
         for function in relation.given:
@@ -250,7 +229,7 @@ def _glues(scene: Description) -> None:
     for glue in scene.glues:
         beam: Any = scene.body(glue.beam, "glue", (Beam,))
         shell = scene.shell(glue.shell, "glue")
-        if beam.curve.shell != shell.name:
+        if beam.along != shell.name:
             raise SceneError(
                 f"glue: beam '{beam.name}' does not run along shell '{shell.name}'; its curve must "
                 "be AlongEdge or AlongLine of that shell"
@@ -271,9 +250,9 @@ def _glues(scene: Description) -> None:
                 "the model of the shell be 'exact'"
             )
     for beam in scene.beams:
-        if beam.curve.shell is None:
+        if beam.along is None:
             continue
-        shell = scene.shell(beam.curve.shell, said(beam))
+        shell = scene.shell(beam.along, said(beam))
         if beam.name not in glued:
             raise SceneError(
                 f"beam '{beam.name}': it runs along shell '{shell.name}' and is not glued to it; "
@@ -292,17 +271,17 @@ def _quantity(scene: Description, probe: Any) -> None:
     q = probe.quantity
     if probe.frame is not None:
         _frame(scene, probe)
-    if q == "director" and isinstance(body, UserBody):
+    if q == "director" and not body.directors:
         raise SceneError(f"{said(probe)}: quantity is 'director'; {said(body)} has none")
     if isinstance(probe.at, Offset) and q not in MOTIONS:
         raise error_of(probe, f"quantity is {show(q)} and at an Offset; at must be a node")
-    if q in ("membrane", "bending", "shear") and not isinstance(body, Shell):
+    if q in Shell.quantities and q not in body.quantities:
         needed = "a shell; of a beam record force and moment"
     elif q == "shear" and probe.component == 2:
         raise error_of(probe, "component is 2; it must be 0 (13), 1 (23) or 'norm' for the shear")
-    elif q in ("rotation", "angular_velocity") and _frameless(body):
+    elif q in ("rotation", "angular_velocity") and not body.framed:
         needed = "a beam or a rigid body; of a shell record the director"
-    elif q in ("force", "moment") and not isinstance(body, Beam):
+    elif q in Beam.quantities and q not in body.quantities:
         needed = "a beam; of a shell record membrane, bending and shear"
     else:
         return
@@ -312,14 +291,14 @@ def _quantity(scene: Description, probe: Any) -> None:
 def _frame(scene: Description, probe: Any) -> None:
     """The body whose frame a probe's motion is seen from."""
     body = scene.body(probe.frame, f"{said(probe)}: frame")
-    if _frameless(body):
+    if not body.framed:
         raise SceneError(
             f"{said(probe)}: frame is {said(body)}, whose nodes have a director only; it must be a "
             "rigid body, or a beam with frame_at"
         )
     if probe.frame_at is not None:
         check_place(body, probe.frame_at, f"{said(probe)}: frame_at")
-    elif isinstance(body, Beam) and body.nodal:
+    elif body.nodal:
         raise error_of(
             probe, f"frame_at is missing; it must be the node of {said(body)} whose frame it is"
         )
@@ -327,7 +306,7 @@ def _frame(scene: Description, probe: Any) -> None:
 
 def _directors(scene: Description, support: Fixed) -> None:
     (body,) = scene.bodies_of(support)
-    if isinstance(body, Beam | UserBody) and any(c is not None for c in support.director):
+    if body.directors != 1 and any(c is not None for c in support.director):
         raise SceneError(
             f"fixed components: director is {show(support.director)} on {said(body)}; it must be "
             "left out, because only a shell has one: use Clamped or a joint to the ground"
@@ -341,11 +320,11 @@ def _supported(scene: Description) -> None:
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(joint.first, joint.second) for joint in scene.joints]
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
-    pairs += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
+    pairs += [(e.first, e.second) for e in scene.point_elements]
     pairs += [(body.name, GROUND) for s in scene.supports for body in scene.bodies_of(s)]
-    pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
+    pairs += [(body.name, body.of) for body in scene.bodies if body.of]
     # an elastic foundation, say; whether terms hold all motions is found out later
-    pairs += [(body.name, GROUND) for body in scene.bodies if getattr(body, "terms", ())]
+    pairs += [(body.name, GROUND) for body in scene.bodies if body.terms]
     # energies of the user's own may hold their bodies, too
     pairs += [(body.name, GROUND) for body in scene.own_bodies]
     pairs += [(b.name, GROUND) for p in scene.potentials for b in scene.bodies_of(p)]
@@ -387,40 +366,25 @@ def _carried(scene: Description) -> set[str]:
     ]
     for _ in ties:
         for joint, end, name in ties:
-            other = scene.end(name, joint.said)
-            if isinstance(other, RigidBody):
-                carries = other.mass > 0 or name in found
-            elif other is None:
+            other: Any = scene.end(name, joint.said)
+            if name == GROUND:
                 carries = isinstance(joint, DRIVEN)
+            elif other.single:
+                carries = other.mass_given > 0 or name in found
             else:
-                carries = isinstance(other, Beam) or joint.second_at in _regions(other)
+                carries = other.directors == 3 or joint.second_at in other.region_names
             if carries:
                 found.add(end)
     return found
-
-
-def mass_of(body: Any) -> float:
-    """Mass of a shell per area, or of a beam per length, kg/m^2 or kg/m."""
-    section = body.section
-    return float((section.generic if isinstance(section, LinearSection) else section).mass[0])
 
 
 def _massive(scene: Description) -> None:
     """In motion every body needs mass, but those that others carry along."""
     carried = _carried(scene)
     for body in scene.bodies:
-        if isinstance(body, RigidBody):
-            if body.name in carried or isinstance(body, Interface):
-                continue
-            m, what, remedy = body.mass, "mass", ""
-        elif isinstance(body, UserBody):
-            m, what, remedy = float(body.massive), "mass", ", so give it one"
-        else:
-            m = mass_of(body)
-            what = "mass per area" if isinstance(body, Shell) else "mass per length"
-            remedy = ", so give its section a density"
-        if not (m > 0 and math.isfinite(m)):
+        m, free = body.mass_given, body.single and (body.name in carried or body.of)
+        if not (free or (m > 0 and math.isfinite(m))):
             raise SceneError(
-                f"{said(body)}: its {what} is {m:g}; it must be greater than 0 with "
-                f"scheme '{scene.scheme_name}'{remedy}"
+                f"{said(body)}: its {body.mass_word} is {m:g}; it must be greater than 0 with "
+                f"scheme '{scene.scheme_name}'{body.mass_remedy}"
             )

@@ -5,14 +5,12 @@ from itertools import combinations
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.scene.checks.locations import ANY, check_place, points_of
+from shellmb.scene.checks.locations import ANY, check_place
 from shellmb.scene.description import Description
-from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Faces
+from shellmb.scene.loads.contacts import Contact, EnclosedVolume
 from shellmb.scene.multibody.elements import JointStop
-from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import as_names, kind_of, listed, said, show
 
 
@@ -41,7 +39,7 @@ def check_potentials(scene: Description) -> None:
     for item in items:
         (body,) = scene.bodies_of(item)
         check_place(body, item.at, said(item), ANY)
-        points, places = points_of(body) or (), as_names(item.at or ())
+        points, places = body.point_names or (), as_names(item.at or ())
         if len({name in points for name in places}) > 1 and isinstance(places[0], str):
             raise SceneError(
                 f"{said(item)}: at is {show(item.at)}; it must be edges and areas, or points, and "
@@ -57,7 +55,7 @@ def check_potentials(scene: Description) -> None:
                 "pressures would add up"
             )
     for contact in scene.contacts:
-        if isinstance(contact.obstacle, Faces):
+        if contact.obstacle.deforms:
             _faces(scene, contact, contact.obstacle)
         elif contact.obstacle_body is not None:
             _carrier(scene, contact)
@@ -100,14 +98,13 @@ def _shells_of(scene: Description, volume: EnclosedVolume) -> tuple[str, ...]:
     return volume.shells or (scene.shells[0].name,)
 
 
-def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
+def _faces(scene: Description, contact: Contact, faces: Any) -> None:
     """Refuse what contact with the faces of a shell is not made for."""
     (body,), who = scene.bodies_of(contact), said(contact)
     scene.body(faces.shell, f"{who}: shell of the faces", (Shell,))
     for name, models in ((body.name, ("exact", "rigid")), (faces.shell, ("exact",))):
         touching = scene.body(name, who)
-        own = getattr(touching, "model", "rigid")
-        model = scene.model_of(touching) if hasattr(touching, "model") else own
+        own, model = touching.model, scene.model_of(touching)
         # a beam that is glued to what is rigid has no points of its own
         if model not in (models if model == own else ("exact",)):
             raise SceneError(
@@ -143,7 +140,7 @@ def _carrier(scene: Description, contact: Contact) -> None:
     """Refuse an obstacle on a body that is not rigid, or on the one that it pushes."""
     (body,), who, name = scene.bodies_of(contact), said(contact), contact.obstacle_body
     carrier = scene.body(name, f"{who}: obstacle_body")
-    if not isinstance(carrier, RigidBody) and carrier.model != "rigid":
+    if not carrier.rigid:
         raise SceneError(
             f"{who}: obstacle_body '{name}' is a {kind_of(carrier)} that deforms; it must be a "
             "rigid body, or a shell or beam with model='rigid'"
@@ -152,7 +149,7 @@ def _carrier(scene: Description, contact: Contact) -> None:
         raise SceneError(
             f"{who}: body and obstacle_body are both '{name}'; they must be two bodies"
         )
-    if isinstance(getattr(body, "model", None), Modal):
+    if body.modes:
         raise SceneError(
             f"{who}: '{body.name}' is reduced to modes; with obstacle_body its model must be "
             "'exact', 'floating-frame' or 'rigid'"

@@ -15,7 +15,7 @@ from shellmb.scene.control.signals import (
     named_inputs,
 )
 from shellmb.scene.description import Description
-from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
+from shellmb.scene.multibody.elements import Motor
 from shellmb.scene.schemes import SCHEMES
 from shellmb.scene.values.validate import listed, refused, said, show
 
@@ -203,11 +203,10 @@ def _columns(scene: Description) -> Iterator[str]:
     yield from (reserve.name for reserve in scene.reserves)
     for driver in scene.drivers:
         yield from (f"{driver.name}.{_EFFORT[name]}" for name in driver.coordinates)
-    for element in scene.force_elements:
-        if isinstance(element, PointElement):
-            yield from (f"{element.name}.length", f"{element.name}.force")
-        elif isinstance(element, JointElement):
-            yield from (f"{element.name}.{_EFFORT[name]}" for name in scene.coordinates_of(element))
+    for between in scene.point_elements:
+        yield from (f"{between.name}.length", f"{between.name}.force")
+    for element in scene.joint_elements:
+        yield from (f"{element.name}.{_EFFORT[name]}" for name in scene.coordinates_of(element))
     for lock in scene.acting_locks:
         yield from (f"{lock.joint}.lock_{_EFFORT[name]}" for name in scene.coordinates_of(lock))
     for joint in scene.joints:

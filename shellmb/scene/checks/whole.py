@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import ignored_settings as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks import schemes as checks_schemes
@@ -17,15 +16,14 @@ from shellmb.scene.checks.locations import ANY, EDGES, FIELDS, check_place
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.description import Description
-from shellmb.scene.loads.loads import EdgeLoad, LineForce, PointLoad
+from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.sections import LinearSection
-from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.values.models import Modal
+from shellmb.scene.shells.shell import Join
+from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import as_names, error_of, kind_of, said, show
 
@@ -154,15 +152,10 @@ def _relaxation(scene: Description) -> None:
         if not body.section.relaxes or body.model == "rigid":
             continue
         who, relaxed = said(body), body.section.relaxed
-        if isinstance(body.model, Modal):
+        if body.modes:
             raise SceneError(
                 f"{who}: its section relaxes, and its model is {show(body.model)}; modes do not "
                 "relax: the model must be 'exact' or 'floating-frame'"
-            )
-        if isinstance(body, Shell) and body.holds_strains:
-            raise SceneError(
-                f"{who}: its section relaxes, and it holds strains at zero; a shell that relaxes "
-                "must have stretching=True and transverse_shear=True"
             )
         if getattr(body.section, "functions", None) and any(body.section.damping_times):
             raise SceneError(
@@ -198,7 +191,7 @@ def _targets(scene: Description) -> None:
         who = said(item)
         for body in scene.bodies_of(item):
             offset = getattr(item, "offset", None)
-            if isinstance(body, UserBody) and np.any(offset):
+            if not body.directors and np.any(offset):
                 raise SceneError(
                     f"{who}: offset is {show(offset)}; it must be 0 on {said(body)}, whose nodes "
                     "have no directors for an arm"
@@ -246,23 +239,18 @@ def _functions_of_position(scene: Description) -> None:
     """Loads, directions and sections that are, tried at a few points where the surface is known."""
     s = np.linspace(0.05, 0.95, 7)
     for load in scene.loads:
-        given = {name: getattr(load, name, None) for name in ("force", "p", "moment")}
-        for name, value in given.items():
-            if callable(value):
-                if isinstance(load, LineForce):
-                    (beam,) = scene.bodies_of(load)
-                    assert isinstance(beam, Beam)
-                    if beam.curve.shell is None:
-                        values_at(value, beam.curve.position(s), 3, f"{load.label}: {name}")
-                    continue
-                surface = scene.shell(load.body, load.label).surface
-                if surface.edges is not None:
-                    x = surface.position(s, s[::-1].copy())
-                    values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
+        for name in ("force", "p", "moment"):
+            value = getattr(load, name, None)
+            if not callable(value):
+                continue
+            (body,) = scene.bodies_of(load)
+            x = body.some_positions(s)
+            if x is not None:
+                values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
     for shell in scene.shells:
-        if shell.surface.edges is None:
+        x = shell.some_positions(s)
+        if x is None:
             continue
-        x = shell.surface.position(s, s[::-1].copy())
         if callable(shell.direction):
             values_at(shell.direction, x, 3, f"shell '{shell.name}': direction")
         if isinstance(shell.section, LinearSection) and shell.section.functions:
@@ -282,7 +270,7 @@ def check_reduced(scene: Description) -> None:
     for group in groups:
         _slowed_alike(scene, group)
         for body in scene.meshed:
-            if body.name in group and not checks_multibody.mass_of(body) > 0:
+            if body.name in group and not body.mass_given > 0:
                 raise SceneError(
                     f"{said(body)} is reduced to modes and has no mass, by which these are found, "
                     "in statics too; give its section a density"
@@ -309,12 +297,11 @@ def _alike(scene: Description) -> None:
     pairs = [(join.first, join.second, "join") for join in scene.joins]
     pairs += [(glue.shell, glue.beam, "glue") for glue in scene.glues]
     for first, second, what in pairs:
-        one, other = (named[n].model for n in (first, second))
-        wrong = isinstance(one, Modal) != isinstance(other, Modal)
+        one, other = named[first], named[second]
+        wrong = bool(one.modes) != bool(other.modes)
         if what == "glue":
-            wrong = wrong and not isinstance(one, Modal)
-            wrong = wrong or (isinstance(one, Modal) and other == "rigid")
-        if wrong or (isinstance(one, Modal) and isinstance(other, Modal) and one != other):
+            wrong = bool((other.modes and not one.modes) or (one.modes and other.rigid))
+        if wrong or (one.modes and other.modes and one.model != other.model):
             raise SceneError(
                 f"{what} of '{first}' and '{second}': their models are {_word(one)} and "
                 f"{_word(other)}; what is reduced to modes and shares an edge is one body: both "
@@ -335,13 +322,13 @@ def _slowed_alike(scene: Description, group: tuple[str, ...]) -> None:
             )
 
 
-def _word(model: object) -> str:
-    return f"Modal({model.modes})" if isinstance(model, Modal) else repr(model)
+def _word(body: SceneBody) -> str:
+    return f"Modal({body.modes})" if body.modes else repr(body.model)
 
 
 def groups_of(scene: Description) -> Iterator[tuple[str, ...]]:
     """Names of the shells and beams that make up each reduced body, in the order of the scene."""
-    group = {b.name: b.name for b in scene.meshed if isinstance(b.model, Modal)}
+    group = {b.name: b.name for b in scene.meshed if b.modes}
     group |= {glue.beam: glue.beam for glue in scene.glues if glue.shell in group}
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(glue.shell, glue.beam) for glue in scene.glues]

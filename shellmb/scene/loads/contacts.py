@@ -42,6 +42,8 @@ class Potential:
     parameters: Mapping[Name, Finite] = field(default_factory=dict)
     load: bool = False
 
+    in_space = True
+
 
 @described("gas")
 class Gas:
@@ -115,9 +117,15 @@ class EnclosedVolume:
 
 
 class Obstacle:
-    """A rigid obstacle in the reference configuration."""
+    """A rigid obstacle in the reference configuration.
+
+    Attributes:
+        label: What messages call it.
+        deforms: Whether it moves with a body that deforms.
+    """
 
     label: ClassVar[str]
+    deforms: ClassVar[bool] = False
 
 
 @described("plane")
@@ -216,6 +224,8 @@ class Faces(Obstacle):
     shell: Name
     thickness: Positive
 
+    deforms = True
+
 
 @described("contact")
 class Contact:
@@ -259,6 +269,11 @@ class Contact:
     slip_speed: Positive | None = None
     preloaded: bool = False
     obstacle_body: Name | None = None
+
+    @property
+    def in_space(self) -> bool:
+        """Decide whether the obstacle is fixed in space."""
+        return self.obstacle_body is None and not self.obstacle.deforms
 
     def __post_init__(self) -> None:
         """Check that friction is complete, and that a body fits into a ball or tube.

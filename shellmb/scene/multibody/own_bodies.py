@@ -1,10 +1,12 @@
 """Bodies of a user's own in scenes: what a scene knows of them, which has no DOLFINx."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any
+
+from shellmb.scene.values.bodies import SceneBody
 
 
-class UserBody:
+class UserBody(SceneBody):
     """Base class of bodies that are described by functions: `sm.OwnBody`.
 
     Attributes:
@@ -16,20 +18,17 @@ class UserBody:
             places for supports, joints, loads and probes.
     """
 
-    label: ClassVar[str] = "own body"
-    # how bodies of scenes deform, what acts on them, and what a scene may ask of them
-    model: ClassVar[str] = "exact"
-    rigid: ClassVar[bool] = False
-    linear: ClassVar[bool] = False
-    nodal: ClassVar[bool] = True
-    terms: ClassVar[tuple[Any, ...]] = ()
-    natural: ClassVar[None] = None
+    label = "own body"
+    mass_remedy = ", so give it one"
 
-    name: str
     points: Mapping[str, tuple[float, float, float]]
     regions: Mapping[str, Callable[[Any], Any]]
     massive: bool
-    placed: bool
+
+    @property
+    def mass_given(self) -> float:
+        """1 where it has a mass, else 0."""
+        return float(self.massive)
 
     @property
     def point_names(self) -> tuple[str, ...]:
@@ -40,6 +39,10 @@ class UserBody:
     def region_names(self) -> tuple[str, ...]:
         """Names of its regions."""
         return tuple(self.regions)
+
+    def again(self, comm: Any, kind: Any) -> Any:
+        """The body of a kind of the model, on a communicator."""
+        raise NotImplementedError
 
     def in_values(self) -> dict[str, Any]:
         """Description in values, to be stored and compared."""

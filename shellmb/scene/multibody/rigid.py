@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Positive, Vec3, explained
+from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.validate import described, error_of, listed, refused, show
 
 RESERVED = ("origin", "center")
@@ -67,7 +68,7 @@ DrawnShape = Annotated[
 
 
 @described("rigid body")
-class RigidBody:
+class RigidBody(SceneBody):
     """A rigid body: a reference point, three axes, mass and inertia.
 
     Besides ``points`` it has the points ``"origin"``, its reference point, and ``"center"``, its
@@ -99,6 +100,12 @@ class RigidBody:
     com: Vec3 = (0.0, 0.0, 0.0)
     points: dict[str, Vec3] = field(default_factory=dict)
     shape: DrawnShape = None
+
+    model = "rigid"
+    directors = 3
+    single = True
+    # of the frame of a reduced body
+    mass_damping = 0.0
 
     def __post_init__(self) -> None:
         """Check inertia, rotation and names.
@@ -172,6 +179,11 @@ class RigidBody:
         # orthonormal to round-off, also where few digits were given
         u, _, v = np.linalg.svd(R)
         return np.asarray(u @ v)
+
+    @property
+    def mass_given(self) -> float:
+        """Mass [kg]."""
+        return self.mass
 
     @property
     def point_names(self) -> tuple[str, ...]:

@@ -74,6 +74,13 @@ class OfFile(Meshed):
     scale: Positive = 1.0
     refine: PositiveInt = 1
 
+    of_file = True
+
+    @property
+    def refined(self) -> int | None:
+        """Elements along a side of each one of the mesh's file; None of CAD."""
+        return None if self.path.suffix.lower() in CAD else self.refine
+
     def __post_init__(self) -> None:
         """Check that the file is there.
 

@@ -105,6 +105,8 @@ class Laminate(LinearSection):
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
+    field_kinds = ("linear", "laminate")
+
     def __post_init__(self) -> None:
         """Check that there are plies, and warn of a factor that hides a soft core.
 

@@ -46,10 +46,13 @@ class Section(Damped):
         thickness: Total thickness [m].
         mass: ``(m, s_star, I_star)`` of eq. 16: mass [kg/m^2], its first [kg/m] and its second
             moment [kg] about the reference surface, all per unit area of it.
+        field_kinds: Kinds of `FieldKind.bodies` of shells with it.
     """
 
     # membrane, bending and shear
     strains = 3
+    linear = False
+    field_kinds: ClassVar[tuple[str, ...]] = ()
 
     if TYPE_CHECKING:
         # a real property here would become the default of the subclasses' field
@@ -82,6 +85,8 @@ class LinearSection(Section):
     shear_correction: float | Literal["energy"]
     offset: Any
     label: ClassVar[str]
+    linear = layered = True
+    field_kinds: ClassVar[tuple[str, ...]] = ("linear",)
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The section from its lower to its upper face.

@@ -1,14 +1,16 @@
 """Shells, the joins between them, and shells with finer meshes."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, InstanceOf
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
+from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
@@ -87,6 +89,73 @@ class Shell(Deforming):
     areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
     natural: InstanceOf[NaturalStrain] | None = None
 
+    home = "shells"
+    # it has a mesh of its own
+    along = None
+    directors = 1
+    quantities = ("membrane", "bending", "shear")
+    mass_word = "mass per area"
+
+    @property
+    def point_names(self) -> tuple[str, ...] | None:
+        """Names of its points; None where only its mesh knows them."""
+        return self.surface.points
+
+    @property
+    def edge_names(self) -> tuple[str, ...] | None:
+        """Names of its edges; None where only its mesh knows them."""
+        return self.surface.edges
+
+    @property
+    def area_names(self) -> tuple[str, ...]:
+        """Names of the areas that it was given."""
+        return tuple(self.areas)
+
+    @property
+    def region_names(self) -> tuple[str, ...]:
+        """Names of its edges and areas."""
+        return (*(self.surface.edges or ()), *self.areas)
+
+    @property
+    def field_kinds(self) -> set[str]:
+        """Kinds of fields that it may have."""
+        if self.rigid:
+            return super().field_kinds
+        held = self.natural is not None and self.natural.plies
+        more = {"relaxing": self.section.relaxes, "held": held}
+        return {"shell", *self.section.field_kinds, *(kind for kind, has in more.items() if has)}
+
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Numbers of elements along xi and eta."""
+        return self.mesh
+
+    def with_sides(self, sides: Iterable[int]) -> Self:
+        """The shell with other numbers of elements along xi and eta."""
+        xi, eta = sides
+        return replace(self, mesh=(xi, eta))
+
+    @property
+    def elements(self) -> int:
+        """Number of elements, 0 where a file tells it."""
+        return 0 if self.surface.of_file else math.prod(self.mesh) * (1 + (self.cell == "tri"))
+
+    @property
+    def refined_times(self) -> int | None:
+        """Elements along a side of each one of the mesh's file; None of meshes made anew."""
+        return self.surface.refined
+
+    def divided(self, times: int) -> Self:
+        """The shell with more elements: those of a file are divided, others are made anew."""
+        surface: Any = self.surface
+        if surface.refined is None:
+            return self.with_sides(times * n for n in self.mesh)
+        return replace(self, surface=replace(surface, refine=times * surface.refined))
+
+    def some_positions(self, s: Floats) -> Floats | None:
+        """Positions in its surface."""
+        return None if self.edge_names is None else self.surface.position(s, s[::-1].copy())
+
     def check_degree(self, cell: str | None) -> None:
         """Refuse a degree that elements do not have.
 
@@ -132,6 +201,12 @@ class Shell(Deforming):
             raise SceneError(
                 f"shell '{self.name}': its section wrinkles, and its model is {show(self.model)}; "
                 "it must be 'exact': small strains about rest are those of the taut membrane"
+            )
+        if self.section.relaxes and self.holds_strains:
+            raise error_of(
+                self,
+                "its section relaxes, and it holds strains at zero; a shell that relaxes must have "
+                "stretching=True and transverse_shear=True",
             )
         if not isinstance(self.section, LinearSection):
             for what in ("transverse_shear", "stretching", "coupling"):
@@ -216,30 +291,3 @@ class Join:
             SceneError: If both are the same.
         """
         check_differ(self, "first", "second", "they must be two shells")
-
-
-def refined_times(shell: Shell) -> int | None:
-    """Elements along a side of each one of the mesh's file; None of meshes that are made anew.
-
-    Args:
-        shell: The shell.
-    """
-    surface = shell.surface
-    cad = isinstance(surface, GmshFile) and surface.path.suffix.lower() in CAD
-    return None if cad or not isinstance(surface, OfFile) else surface.refine
-
-
-def divided(shell: Shell, times: int) -> Shell:
-    """The shell with more elements: those of a file are divided, others are made anew.
-
-    Args:
-        shell: The shell.
-        times: So many elements replace one along each side.
-
-    Raises:
-        SceneError: If there is no such mesh.
-    """
-    surface, refined = shell.surface, refined_times(shell)
-    if isinstance(surface, OfFile) and refined is not None:
-        return replace(shell, surface=replace(surface, refine=times * refined))
-    return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))

@@ -31,6 +31,7 @@ class Surface:
         pole: Whether eta = 0 is a single point.
         sweep: Angle that xi goes through at a pole [degrees].
         slit: Whether opposite edges on the same line are meant to be apart, without a warning.
+        of_file: Whether its mesh, or its geometry, is read from a file.
     """
 
     edges: tuple[str, ...] | None = ("left", "right", "bottom", "top")
@@ -40,6 +41,12 @@ class Surface:
     pole: bool = False
     sweep: float = 0.0
     slit: bool = False
+    of_file: bool = False
+
+    @property
+    def refined(self) -> int | None:
+        """Elements along a side of each one of the mesh's file; None of meshes made anew."""
+        return None
 
     def position(self, xi: Floats, eta: Floats) -> Floats:
         """Reference positions, shape (3, n), at parameters of shape (n,) each."""

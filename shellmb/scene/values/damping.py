@@ -199,17 +199,26 @@ class Damped:
         mass_damping: Mass-proportional damping [1/s].
         relaxation: Prony series of its stiffness; None: elastic.
         strains: How many damping times there are.
+        linear: Whether its resultants are linear in the strains.
+        layered: Whether it has layers, whose stresses follow from its resultants.
     """
 
     stiffness_damping: Any = 0.0
     mass_damping: Any = 0.0
     relaxation: Prony | None = None
     strains: ClassVar[int]
+    linear: ClassVar[bool] = True
+    layered: ClassVar[bool] = False
 
     @property
     def mass(self) -> tuple[Any, Any, Any]:
         """Mass, its first and its second moments."""
         raise NotImplementedError
+
+    @property
+    def generic(self) -> Any:
+        """A section whose zeros are zero everywhere, also where it varies."""
+        return self
 
     @property
     def masses(self) -> tuple[bool, ...]:

@@ -1,12 +1,13 @@
 """Models of a body, and strains that it has without stress: of heat, swelling, prestress."""
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Finite, Listed, PositiveInt, Vec3, vector
+from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.user_functions import OfPosition
 from shellmb.scene.values.validate import described
@@ -59,38 +60,27 @@ BodyModel = Annotated[
 ]
 
 
-class Deforming:
+class Deforming(SceneBody):
     """Base class of shells and beams.
 
     Attributes:
-        model: How it deforms.
+        home: The parameter of a scene that has it.
+        section: Its section.
         transverse_shear: Whether sections shear.
         stretching: Whether it stretches.
     """
 
-    model: BodyModel
+    home: ClassVar[str]
+    section: Any
     transverse_shear: bool
     stretching: bool
 
-    @property
-    def rigid(self) -> bool:
-        """Decide whether the body is one rigid body."""
-        return self.model == "rigid"
+    mass_remedy = ", so give its section a density"
 
     @property
-    def exact(self) -> bool:
-        """Decide whether the body deforms by any amount."""
-        return self.model == "exact"
-
-    @property
-    def linear(self) -> bool:
-        """Decide whether its strains are small relative to a floating frame."""
-        return self.model == "floating-frame"
-
-    @property
-    def nodal(self) -> bool:
-        """Decide whether its nodes are the unknowns."""
-        return self.exact or self.linear
+    def mass_given(self) -> float:
+        """Mass per area or length, of a section that varies one that is zero where it is."""
+        return float(self.section.generic.mass[0])
 
     @property
     def holds_strains(self) -> bool:

@@ -120,28 +120,23 @@ class PathForms:
     def middle(self) -> Values:
         """Mean of the path of the step just solved, where the mean of the forces acts."""
         if self.stages[END].states is None:
-            return np.asarray(self._scheme.path(*self._arrays).mean)
+            return np.asarray(self.states.weights[0] @ np.array(self._arrays))
         # what follows the unknown states has it
         return self._mean
 
     def ends(self) -> tuple[Values, Values]:
         """States at the start and at the end of the step."""
-        start, _, unknown = self._arrays
-        return start, unknown[END]
+        start, _, end, _ = self._arrays
+        return start, end
 
     @cached_property
     def _mean(self) -> Values:
         return np.asarray(self.states.functions[0].x.array)
 
     @cached_property
-    def _arrays(self) -> tuple[Values, dict[str, Values], dict[str, Values]]:
+    def _arrays(self) -> list[Values]:
         """Arrays of the start of the step, of scaled rates, and of the unknown states."""
-        levels = self._levels
-        scaled, unknown = (
-            {key: np.asarray(f.x.array) for key, f in functions.items()}
-            for functions in (levels.scaled, levels.unknown)
-        )
-        return np.asarray(levels.q.x.array), scaled, unknown
+        return [np.asarray(function.x.array) for function in self.states.sources]
 
     def mean_state(self) -> Expr:
         """Mean of the path."""

@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.errors import unsaid
 from shellmb.observers.probes import linear, spot_of
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
@@ -125,7 +126,8 @@ def _by_parameter(
     """
     work, ends = [], []
     for scene in scenes:
-        simulation = Simulation(scene, run.model.comm, run)
+        with unsaid():
+            simulation = Simulation(scene, run.model.comm, run)
         check_alike(run, simulation, parameter.name)
         ends.append(copied(starts(simulation.problem)))
         side = PerturbedRun(simulation, [], forces=False)

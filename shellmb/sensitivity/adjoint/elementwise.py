@@ -102,7 +102,7 @@ def _functions(
     # an energy of strains has its stiffness
     forms = [bound.formulation, getattr(bound.formulation, "psi", None)]
     parts = [getattr(form, f.name) for form in forms if is_dataclass(form) for f in fields_of(form)]
-    parts += [] if branches is None else [group.C for group in branches.groups]
+    parts += [] if branches is None else [group.C for group in branches]
     parts += [part for mass in masses for part in mass or ()]
     every = [f for part in parts if isinstance(part, Expr) for f in extract_coefficients(part)]
     return list(dict.fromkeys(f for f in every if isinstance(f, fem.Function)))

@@ -8,7 +8,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.running.error_origin import in_words
-from shellmb.scene import Modal, Scene
+from shellmb.scene import Scene
 from shellmb.scene.lookup import listed, said
 
 # differences of fourth order where derivatives are not written: places beside the middle, in
@@ -46,14 +46,14 @@ def check_probes(scene: Scene) -> None:
         )
     for reserve in scene.reserves:
         shell = scene.shell(reserve.body, said(reserve))
-        if isinstance(shell.model, Modal):
+        if shell.modes:
             raise SceneError(
                 f"adjoint: {said(reserve)} is of shell '{shell.name}', which is reduced to modes; "
                 "leave it out, or use `sensitivities`"
             )
     for probe in scene.probes:
         (body,) = scene.bodies_of(probe)
-        if isinstance(getattr(body, "model", None), Modal):
+        if body.modes:
             raise SceneError(
                 f"adjoint: probe '{probe.name}' is on '{body.name}', which is reduced to modes; it "
                 "must be on a body with nodes or on a rigid one; `sensitivities` has derivatives "

@@ -10,7 +10,6 @@ from shellmb.errors import SceneError, warn
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
-from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.schemes import REVERSIBLE
 from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
@@ -177,9 +176,7 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     said = {
         "follows a static path": scene.path,
         "has events": scene.all_events,
-        "has contact with the faces of a shell": [
-            c for c in scene.contacts if isinstance(c.obstacle, Faces)
-        ],
+        "has contact with the faces of a shell": [c for c in scene.contacts if c.obstacle.deforms],
         "has controllers": scene.controllers,
         "has locks": scene.acting_locks,
         "has joints that act in windows": [j for j in scene.joints if j.active is not None],

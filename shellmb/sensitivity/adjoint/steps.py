@@ -50,7 +50,7 @@ def relaxing(problem: Problem) -> dict[tuple[str, str], Any]:
     return {
         (body, f"{branches.name} {k}"): group
         for body, branches in problem.branches.items()
-        for k, group in enumerate(branches.groups)
+        for k, group in enumerate(branches)
     }
 
 

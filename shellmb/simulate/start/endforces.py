@@ -21,7 +21,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.model.body import Body, Rates, added
-from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.preprocessing.bodyfields import (
     body_field,
     dofs_of,
@@ -144,20 +143,20 @@ class EndForces(_Instant):
         following = None if body.damping is None else body.damping.following(q, v)
         if following is not None:
             self._following.append(following)
-        branches = self._problem.branches.get(name)
-        if branches is not None:
-            self._following.append(branches.follow)
+        branches = self._problem.branches.get(name, ())
+        self._following += [own.follow for own in branches]
         rate = velocity_constraint(body, v, q, dq)
         # multipliers of the velocities are zero: what is left is the constraints' own second rate
         turned = None if rate is None else ufl.derivative(rate, q, v)
         acting = [sample.of_loads(dq), sample.of_terms(body, dq)]
+        holds = body in self._problem.model.constraint_groups
         forms: list[Form | None] = [
             body.inertia(unknown, dq),
             velocity_constraint(body, unknown, q, dq),
             turned,
-            None if isinstance(body, ConstraintGroup) else _internal(body, q, unknown, dq),
+            None if holds else _internal(body, q, unknown, dq),
             None if body.damping is None else body.damping.at(q, v, dq),
-            None if branches is None else branches.held(q, dq),
+            *(own.held(q, dq) for own in branches),
             *(None if form is None else -form for form in acting),
         ]
         stresses = dofs_of(body, _stresses(body))

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError, alike, warn
 from shellmb.model.body import Body
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.model import Model
-from shellmb.model.rank_consistency import alike
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.prefixes import below
 from shellmb.preprocessing.bodyfields import kinematic_dofs
-from shellmb.preprocessing.modal.tangent import stretching, tangent
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import listed, said
+from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
@@ -125,7 +125,7 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
     return True
 
 
-def _check_exact(body: Shell | Beam, who: str, right: str) -> None:
+def _check_exact(body: SceneBody, who: str, right: str) -> None:
     if not body.exact and not body.rigid:
         raise SceneError(
             f"{who}: {said(body)} has a reduced or linear model; its model must be 'exact', or "
@@ -148,8 +148,7 @@ def _place(
 def _(start: FromShape, problem: Problem, scene: Scene) -> bool:
     model = problem.model
     target = scene.body(start.body, "start from a shape")
-    if isinstance(target, Shell | Beam):
-        _check_exact(target, "start from a shape", "the scene must start from a run or a mode")
+    _check_exact(target, "start from a shape", "the scene must start from a run or a mode")
     body, nodes, X, D = model.nodes_of(target.name)
     who = f"start from a shape of {said(target)}"
     q = problem.levels[body.name].q.x.array
@@ -231,7 +230,7 @@ def instant(model: Model, dt: float) -> float:
         model: The bodies.
         dt: Step of the scene, s.
     """
-    bodies = map(stretching, model.meshed.values())
+    bodies = ((*b.stretching, b.domain.length) for b in model.meshed.values())
     waves = [length * math.sqrt(mass / stiffness) for stiffness, mass, length in bodies]
     return INSTANT * min([dt, *waves])
 
@@ -323,7 +322,7 @@ def _check_bodies(scene: Scene, stored: Stored, who: str) -> None:
 
 def _path(body: Shell | Beam) -> str:
     """Path at which a fingerprint has a body."""
-    return f"{'shells' if isinstance(body, Shell) else 'beams'}[{body.name!r}]"
+    return f"{body.home}[{body.name!r}]"
 
 
 def _same_sections(scene: Scene, stored: Stored) -> bool:

@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError, alike, warn
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, read_bytes, read_json, read_series, unpacked
-from shellmb.model.rank_consistency import alike
 from shellmb.model.signals import Signals, Way
 from shellmb.prefixes import below
 from shellmb.scene import Scene

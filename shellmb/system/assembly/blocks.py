@@ -185,7 +185,8 @@ class BlockSystem:
         numbers = [n.by_field[k][f.fixed] for k, f in enumerate(self.fields)]
         local = [v - n.start for v in numbers]
         mine_of = [np.flatnonzero((v >= 0) & (v < n.owned)) for v in local]
-        self._fixed = [(m, v[m]) for m, v in zip(mine_of, local, strict=True)]
+        each = zip(self.fields, mine_of, local, strict=True)
+        self._fixed = [(f, m, v[m]) for f, m, v in each if len(m)]
         mine = np.concatenate([*numbers, np.zeros(0, dtype=np.int64)])
         everywhere = np.unique(np.concatenate(self.comm.allgather(mine)))
         held = np.isin(n.local_to_global, everywhere)
@@ -211,7 +212,7 @@ class BlockSystem:
 
     def update_fixed_values(self) -> None:
         """Take the values of the fixed dofs from the fields (after they changed)."""
-        for f, (dofs, numbers) in zip(self.fields, self._fixed, strict=True):
+        for f, dofs, numbers in self._fixed:
             self.values[numbers] = f.values[dofs]
 
     def gather(self) -> None:

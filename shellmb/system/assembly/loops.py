@@ -176,7 +176,7 @@ class FormLoop:
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
-        self._lib, self.pieces = native.cells().lib, self._constant_pieces()
+        self._lib, self.pieces = native.cells().lib, constant_pieces([self], self.pointer)
         kernels, self.covered = _ordered(found, [form[1:] for form in forms], cells.places)
         self.count = len(kernels)
         self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
@@ -248,22 +248,16 @@ class FormLoop:
         function = many or integral.tabulate_tensor_float64
         return ffi.cast("void *", int(ffi.cast("uintptr_t", function))), LANES if many else 1
 
-    def _constant_pieces(self) -> tuple[Any, ...]:
-        """Number of all constants, where their values are, their sizes, and where they go."""
-        pointer, sources, sizes, targets = self.pointer, [], [], []
+    def constants(self) -> Iterator[tuple[Any, int, Any]]:
+        """Of each constant where its values are, their number, and where they go, for C."""
         for form, array in self._constants:
             place = 0
             for constant in form.constants:
                 # a view of the constant's own numbers, which keeps it alive
                 values = constant.value
-                sources.append(pointer(values))
-                sizes.append(values.size)
-                targets.append(pointer(array[place:]))
+                yield self.pointer(values), values.size, self.pointer(array[place:])
                 place += values.size
             assert place == len(array)
-        lengths = pointer(np.array(sizes or [0], dtype=np.int32))
-        start, end = (pointer.many("double *", places) for places in (sources, targets))
-        return len(sizes), start, lengths, end
 
     def bind(self, cells: MeshGeometry, **more: Any) -> None:
         """Prepare the arguments of calls.
@@ -292,6 +286,19 @@ class FormLoop:
             last = min(first + SOME, cells.count)
             self._lib.cell_matrices(*self.mesh, first, last, native.doubles(found))
             yield slice(first, last), found[: last - first]
+
+
+def constant_pieces(loops: Iterable[FormLoop], pointer: CArrays) -> tuple[Any, ...]:
+    """Number of the constants of some loops, where their values are, their sizes, where they go.
+
+    Args:
+        loops: The loops.
+        pointer: Makes pointers.
+    """
+    found = [piece for loop in loops for piece in loop.constants()]
+    sizes = pointer(np.array([size for _, size, _ in found] or [0], dtype=np.int32))
+    start, end = (pointer.many("double *", [piece[k] for piece in found]) for k in (0, 2))
+    return len(found), start, sizes, end
 
 
 def _ordered(
@@ -341,24 +348,27 @@ class LoopResiduals:
 
     Attributes:
         loops: The loops over the cells of each mesh.
-        meshes: Arguments of `residual` in C, of each mesh.
+        struct: For C, all of them.
     """
 
     def __init__(self, parts: Iterable[Rows]) -> None:
-        self._lib = native.cells().lib
+        self._lib, self._pointer = native.cells().lib, CArrays()
         self.loops = []
-        for cells, forms in parts:
+        for own, forms in parts:
             if forms:
-                self.loops.append(loop := FormLoop(cells, forms))
-                loop.bind(cells)
-        self.meshes = [loop.mesh for loop in self.loops]
+                self.loops.append(loop := FormLoop(own, forms))
+                loop.bind(own)
+        pointer = self._pointer
+        cells, kernels, counts = ([loop.mesh[k] for loop in self.loops] for k in range(3))
+        meshes = pointer.many("Cells *", cells), pointer.many("Kernel *", kernels)
+        members = len(counts), *meshes, pointer(np.array(counts, dtype=np.int32))
+        self.struct = pointer.many("Residuals", [members])
+        self._pieces = constant_pieces(self.loops, pointer)
 
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""
-        for mesh in self.meshes:
-            self._lib.residual(*mesh, native.doubles(local))
+        self._lib.residuals(self.struct, native.doubles(local))
 
     def refresh(self) -> None:
         """Take the values of all constants, after they changed."""
-        for loop in self.loops:
-            loop.refresh()
+        self._lib.copy_pieces(*self._pieces)

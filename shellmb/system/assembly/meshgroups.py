@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,21 +90,26 @@ def residuals_of(
     return LoopResiduals(_rows(*each, forms) for each in _by_mesh(fields, offsets, held))
 
 
-def residuals_of_field(
-    system: BlockSystem, number: int, forms: Sequence[fem.Form]
+def residuals_of_fields(
+    system: BlockSystem, forms: Mapping[int, Sequence[fem.Form]]
 ) -> Callable[[], Floats]:
-    """Make what assembles residuals of one field alone, with its own local dofs.
+    """Make what assembles residuals of some fields alone, with their own local dofs.
 
     Args:
         system: The system.
-        number: Number of the field.
-        forms: Compiled residuals.
+        forms: Compiled residuals by the number of their field.
+
+    Returns:
+        Finds them, of the fields one behind the other.
     """
-    size = (field := system.fields[number]).size_all
-    residuals = residuals_of([field], [0], [system.held[number]], [(form, (0,)) for form in forms])
+    fields = [system.fields[number] for number in forms]
+    offsets = np.cumsum([0, *(field.size_all for field in fields)])
+    held = [system.held[number] for number in forms]
+    rows = [(form, (k,)) for k, some in enumerate(forms.values()) for form in some]
+    residuals = residuals_of(fields, offsets[:-1].tolist(), held, rows)
 
     def find() -> Floats:
-        found = np.zeros(size)
+        found = np.zeros(offsets[-1])
         residuals.refresh()
         residuals.add(found)
         return found

@@ -27,7 +27,6 @@ class FusedResidual:
     def __init__(self, system: BlockSystem, residuals: LoopResiduals) -> None:
         self._lib, pointer, n = native.cells().lib, CArrays(), system.numbering
         assert isinstance(system.follow, Following)
-        cells, kernels, counts = zip(*residuals.meshes, strict=True)
         self.evaluation = pointer.many(
             "Evaluation",
             [
@@ -40,10 +39,7 @@ class FusedResidual:
                     **system.follow.members,
                     "sums": pointer(np.zeros(len(n.local_to_global))),
                     "owned": n.owned,
-                    "meshes": len(counts),
-                    "cells": pointer.many("Cells *", cells),
-                    "kernels": pointer.many("Kernel *", kernels),
-                    "counts": pointer(np.array(counts, dtype=np.int32)),
+                    "meshes": residuals.struct,
                     "held": len(system.fixed),
                     "fixed": pointer(system.fixed),
                     "values": pointer(system.values),

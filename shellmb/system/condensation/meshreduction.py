@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
-
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, WORKSPACE, use_mumps

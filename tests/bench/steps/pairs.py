@@ -94,7 +94,7 @@ def cases() -> list[Case]:
     links |= {"heavy_top": 60}
     found = [Case("plate", m, s, 1e-3, *n) for m, n in meshes.items() for s in SCHEMES]
     found += [Case("mechanism", m, s, 2e-3, n, 15) for m, n in links.items() for s in SCHEMES]
-    for kind, rounds in (("gradient", 5), ("adjoint", 1)):
+    for kind, rounds in (("gradient", 15), ("adjoint", 1)):
         found += [Case(kind, "6x2", s, 1e-3, 40, rounds) for s in SCHEMES]
         found.append(Case(kind, "32x32", "ep", 1e-3, 5, min(rounds, 3)))
     return found
