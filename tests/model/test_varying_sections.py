@@ -11,7 +11,7 @@ from scipy.integrate import quad
 import shellmb as sm
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.model.model import Model
-from shellmb.observers.files.output_parts import DrawnMesh
+from shellmb.observers.files.output_parts import drawn_mesh
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
@@ -196,8 +196,8 @@ def test_plies_that_are_dropped() -> None:
         assert here.thickness == pytest.approx(h)
         np.testing.assert_allclose(here.mass, plain.mass, rtol=1e-12)
     model = Model(strip(section, (2, 1)), MPI.COMM_WORLD)
-    drawn = DrawnMesh(model.shells["strip"])
-    np.testing.assert_allclose(np.sort(drawn.cell_data()["thickness"]), [2e-3, 3e-3])
+    drawn = drawn_mesh(model.shells["strip"])
+    np.testing.assert_allclose(np.sort(drawn.cells["thickness"]), [2e-3, 3e-3])
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
 from shellmb.observers.files.gridfiles import GridFiles, list_all
 from shellmb.observers.files.growingfile import Batches
-from shellmb.observers.files.output_parts import Drawn, DrawnJoints, DrawnMesh, drawn_parts
+from shellmb.observers.files.output_parts import JOINTS, Drawn, drawn_parts
 from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
@@ -75,12 +75,11 @@ class RequestedFields:
         """
         kept = {key: values for key, values in fields.items() if key not in self._left_out}
         if name in self._chosen:
-            assert isinstance(part, DrawnMesh)
             for key, values in self._chosen[name].values().items():
-                gathered = part.shape(values)
+                gathered = part.gather(values)
                 if gathered is not None:
                     kept[key] = gathered
-        if isinstance(part, DrawnJoints) and self._forces is not None and kept:
+        if name == JOINTS and self._forces is not None and kept:
             for row, key in enumerate(("force", "moment")):
                 if key in self._wanted:
                     acting = np.array([self._forces.acting[j][row] for j in self._joints])
@@ -129,7 +128,7 @@ class Frames(BaseObserver):
             name: GridFiles(
                 self._folder,
                 grid,
-                self._parts[name].cell_data(),
+                self._parts[name].cells,
                 self._requested.components(name),
             )
             for name, grid in grids.items()

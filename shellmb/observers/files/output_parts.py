@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from mpi4py import MPI
@@ -10,10 +11,8 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
-from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, state
 from shellmb.observers.files.gridfiles import Gatherer, Grid
@@ -31,55 +30,50 @@ SAME = 1e-9
 JOINTS, SOLIDS, OBSTACLES = "joints", "solids", "obstacles"
 
 
+@dataclass(frozen=True)
 class Drawn:
     """Something that is shown.
 
-    Attributes:
+    Args:
         grid: Its grid on rank 0, None elsewhere.
+        fields: Values at the nodes of the grid on rank 0, nothing elsewhere; collective.
+        cells: Values of the cells of the grid.
+        gather: Brings values at the nodes of this rank to those of the grid on rank 0; of rigid
+            bodies `u` and `w`, shape (n, 12), of which it makes displacements.
     """
 
     grid: Grid | None
-
-    def fields(self, simulation: Simulation) -> dict[str, Floats]:
-        """Values at the nodes of the grid on rank 0, nothing elsewhere; collective."""
-        raise NotImplementedError
-
-    def cell_data(self) -> dict[str, Floats]:
-        """Values of the cells of the grid."""
-        return {}
+    fields: Callable[[Simulation], dict[str, Floats]]
+    cells: dict[str, Floats] = field(default_factory=dict)
+    gather: Callable[[Floats], Floats | None] = np.asarray
 
 
-class DrawnMesh(Drawn):
-    """A shell or a beam, or a body of the user's own.
+def drawn_mesh(body: Any, nodes: ModalNodes | FixedPoints | None = None) -> Drawn:
+    """A shell or a beam, or a body of the user's own: displacement, directors and velocity.
 
     Args:
         body: The body; the call is collective.
         nodes: Its nodes, where they are no unknowns; None: they are.
     """
+    gatherer, own = Gatherer(body), nodes or Nodes(body)
 
-    def __init__(self, body: Any, nodes: ModalNodes | FixedPoints | None = None) -> None:
-        self._body, self._gatherer, self._nodes = body, Gatherer(body), nodes or Nodes(body)
-        self.grid = self._gatherer.grid
-
-    def shape(self, displacement: Floats) -> Floats | None:
-        """Displacements at all nodes on rank 0 from those of this rank, shape (n, 3)."""
-        return self._gatherer.gather(displacement)
-
-    def fields(self, simulation: Simulation) -> dict[str, Floats]:
-        """Displacement, directors and velocity."""
-        values = self._nodes.now(simulation)
-        gathered = {key: self.shape(v) for key, v in _named(values, simulation).items()}
+    def fields(simulation: Simulation) -> dict[str, Floats]:
+        values = _named(own.now(simulation), simulation)
+        gathered = {key: gatherer.gather(v) for key, v in values.items()}
         return {key: v for key, v in gathered.items() if v is not None}
 
-    def cell_data(self) -> dict[str, Floats]:
-        """The thickness of a shell, the size of a beam's cross-section, m."""
-        assert self.grid is not None
-        ones = np.ones(len(self.grid.vtk_types))
-        width = 1 + self.grid.vtk_cells[0]
-        nodes = self.grid.vtk_cells.reshape(-1, width)[:, 1:]
-        # at the middle of each cell: what jumps between cells has no value at their nodes
-        middle = self.grid.nodes[nodes].mean(axis=1)
-        return {name: size * ones for name, size in self._body.sizes_at(middle.T).items()}
+    return Drawn(gatherer.grid, fields, _sizes(body, gatherer.grid), gatherer.gather)
+
+
+def _sizes(body: Any, grid: Grid | None) -> dict[str, Floats]:
+    """The thickness of a shell, the size of a beam's cross-section, m."""
+    if grid is None:
+        return {}
+    ones = np.ones(len(grid.vtk_types))
+    nodes = grid.vtk_cells.reshape(len(ones), -1)[:, 1:]
+    # at the middle of each cell: what jumps between cells has no value at their nodes
+    middle = grid.nodes[nodes].mean(axis=1)
+    return {name: size * ones for name, size in body.sizes_at(middle.T).items()}
 
 
 class FixedPoints:
@@ -120,74 +114,49 @@ class FixedPoints:
         return self.at(nodal_values(simulation, self._model.rigid.name))
 
 
-class DrawnRigid(Drawn):
-    """All rigid bodies: lines from the centre of mass to the points of each.
+def drawn_rigid(model: Model, rigid: RigidBodies) -> Drawn:
+    """All rigid bodies: lines from the centre of mass to the points of each, with their numbers.
 
     Args:
         model: The model.
         rigid: Its rigid bodies.
     """
+    named = {b.name: [b.place(p) for p in b.point_names] for b in model.scene.rigid_bodies}
+    for joint in model.mechanism.joints.values():
+        for end in joint.ends:
+            if end.owner in named:
+                named[end.owner].append(end.point)
+    nodes: list[Floats] = []
+    names: list[str] = []
+    lines: list[tuple[int, int]] = []
+    centers: list[int] = []
+    for name, points in named.items():
+        first, center = len(nodes), rigid.bodies[rigid.index[name]].center
+        own = _different([center, *points], SAME * model.length)
+        nodes += own
+        names += [name] * len(own)
+        centers.append(first)
+        lines += [(first, first + n) for n in range(1, len(own))]
+    bodies = [rigid.index[name] for name in names]
+    moving, first_rank = FixedPoints(model, np.array(nodes), bodies), model.comm.rank == 0
 
-    def __init__(self, model: Model, rigid: RigidBodies) -> None:
-        self._rigid, self._comm = rigid, model.comm
-        named = {b.name: [b.place(p) for p in b.point_names] for b in model.scene.rigid_bodies}
-        for joint in model.mechanism.joints.values():
-            for end in joint.ends:
-                if end.owner in named:
-                    named[end.owner].append(end.point)
-        nodes: list[Floats] = []
-        names: list[str] = []
-        lines: list[tuple[int, int]] = []
-        centers: list[int] = []
-        for name, points in named.items():
-            first, center = len(nodes), rigid.bodies[rigid.index[name]].center
-            own = _different([center, *points], SAME * model.length)
-            nodes += own
-            names += [name] * len(own)
-            centers.append(first)
-            lines += [(first, first + n) for n in range(1, len(own))]
-        bodies = [rigid.index[name] for name in names]
-        self._points = FixedPoints(model, np.array(nodes), bodies)
-        self._cells = np.array([bodies[k] for k in (*centers, *(b for _, b in lines))], float)
-        self.grid = _line_grid(model, rigid.name, np.array(nodes), lines, centers, names)
-
-    def shape(self, change: Floats) -> Floats | None:
-        """Displacements of the nodes of the grid from `u` and `w` of the bodies of this rank.
-
-        Args:
-            change: Both, shape (n, 12).
-        """
-        X, D = self._rigid.node_positions(), self._rigid.node_directors()
+    def displaced(change: Floats) -> Floats | None:
+        X, D = rigid.node_positions(), rigid.node_directors()
         zero, still = np.zeros_like(X), np.zeros_like(D)
         turned = D + change[:, 3:].reshape(-1, 3, 3)
-        values = self._points.at(NodalValues(X, change[:, :3], D, turned, zero, still))
-        return values.displacement if self._comm.rank == 0 else None
+        values = moving.at(NodalValues(X, change[:, :3], D, turned, zero, still))
+        return values.displacement if first_rank else None
 
-    def fields(self, simulation: Simulation) -> dict[str, Floats]:
-        """Displacement, directors and velocity."""
-        values = self._points.now(simulation)
-        return _named(values, simulation) if self._comm.rank == 0 else {}
+    def fields(simulation: Simulation) -> dict[str, Floats]:
+        values = moving.now(simulation)
+        return _named(values, simulation) if first_rank else {}
 
-    def cell_data(self) -> dict[str, Floats]:
-        """Number of the body in the scene."""
-        return {"body": self._cells}
-
-
-class DrawnRigidMesh(DrawnMesh):
-    """A shell or a beam that is declared rigid: its mesh moves with the rigid body.
-
-    Args:
-        model: The model.
-        body: The shell or beam; the call is collective.
-    """
-
-    def __init__(self, model: Model, body: ShellModel | BeamModel) -> None:
-        assert model.rigid is not None
-        X = body.mixed.nodes("u")
-        super().__init__(body, FixedPoints(model, X, [model.rigid.index[body.name]] * len(X)))
+    cells = np.array([bodies[k] for k in (*centers, *(b for _, b in lines))], float)
+    grid = _line_grid(model, rigid.name, np.array(nodes), lines, centers, names)
+    return Drawn(grid, fields, {"body": cells}, displaced)
 
 
-class DrawnSolids(Drawn):
+def drawn_solids(model: Model, name: str, solids: Sequence[Solid]) -> Drawn:
     """Surfaces that move with rigid bodies, or stay where they are.
 
     Args:
@@ -195,97 +164,90 @@ class DrawnSolids(Drawn):
         name: Name of the grid.
         solids: The surfaces, at least one.
     """
+    x, triangles = joined(solids)
+    counts = [len(s.points) for s in solids]
+    index = {None: -1} | ({} if model.rigid is None else dict(model.rigid.index))
+    owners = np.repeat([index[s.body] for s in solids], counts).tolist()
+    points, first_rank = FixedPoints(model, x, owners), model.comm.rank == 0
+    moves = max(owners) >= 0
+    cells = np.insert(triangles, 0, 3, axis=1).ravel()
+    labels = np.repeat([s.label for s in solids], counts).tolist()
+    types = np.full(len(triangles), TRIANGLE, dtype=np.uint8)
 
-    def __init__(self, model: Model, name: str, solids: Sequence[Solid]) -> None:
-        x, triangles = joined(solids)
-        counts = [len(s.points) for s in solids]
-        index = {None: -1} | ({} if model.rigid is None else dict(model.rigid.index))
-        owners = np.repeat([index[s.body] for s in solids], counts).tolist()
-        self._points, self._rest = FixedPoints(model, x, owners), np.zeros_like(x)
-        self._moves = max(owners) >= 0
-        cells = np.insert(triangles, 0, 3, axis=1).ravel()
-        labels = np.repeat([s.label for s in solids], counts).tolist()
-        types = np.full(len(triangles), TRIANGLE, dtype=np.uint8)
-        self.grid = Grid(name, x, cells, types, tuple(labels)) if model.comm.rank == 0 else None
+    def fields(simulation: Simulation) -> dict[str, Floats]:
+        u = points.now(simulation).displacement if moves else np.zeros_like(x)
+        return {"displacement": u} if first_rank else {}
 
-    def fields(self, simulation: Simulation) -> dict[str, Floats]:
-        """Displacement."""
-        u = self._points.now(simulation).displacement if self._moves else self._rest
-        return {"displacement": u} if self.grid is not None else {}
+    return Drawn(Grid(name, x, cells, types, tuple(labels)) if first_rank else None, fields)
 
 
-class DrawnJoints(Drawn):
-    """All joints: a ring at each end, and a line between ends that are apart.
+def drawn_joints(model: Model, name: str) -> Drawn:
+    """All joints: a ring at each end, and a line between ends that are apart, with their numbers.
 
     Args:
         model: The model, with at least one joint.
         name: Name of the grid.
     """
+    known = model.mechanism.joints
+    number = {joint: k for k, joint in enumerate(known)}
+    # a weld to a shell has its ends the other way round; here the second body's end is second
+    swapped = [j.ends[0].owner == j.joint.second for j in known.values()]
+    ends = zip(known.values(), swapped, strict=True)
+    nodes = np.array([e.point for j, s in ends for e in (j.ends[::-1] if s else j.ends)])
+    apart = np.linalg.norm(nodes[0::2] - nodes[1::2], axis=1) > SAME * model.length
+    lines = [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
+    # nodes of the grid, and what they are of a group
+    places: list[tuple[str, list[int], Places]] = []
+    for group in model.mechanism.groups:
+        # a weld along a region is shown at its first node
+        here = [(c, j) for c, j in joints_of(group) if j is known[j.joint.name]]
+        shown = [number[j.joint.name] for _, j in here]
+        for which in range(2) if here else ():
+            rows = [2 * k + (1 - which if swapped[k] else which) for k in shown]
+            places.append((group.name, rows, Places(group, which, *zip(*here, strict=True))))
 
-    def __init__(self, model: Model, name: str) -> None:
-        self._comm, known = model.comm, model.mechanism.joints
-        number = {joint: k for k, joint in enumerate(known)}
-        # a weld to a shell has its ends the other way round; here the second body's end is second
-        swapped = [j.ends[0].owner == j.joint.second for j in known.values()]
-        ends = zip(known.values(), swapped, strict=True)
-        nodes = np.array([e.point for j, s in ends for e in (j.ends[::-1] if s else j.ends)])
-        apart = np.linalg.norm(nodes[0::2] - nodes[1::2], axis=1) > SAME * model.length
-        lines = [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
-        self._count, dots = len(nodes), list(range(len(nodes)))
-        self._cells = np.array([k // 2 for k in (*dots, *(k for k, _ in lines))], dtype=float)
-        names = [name for name in known for _ in range(2)]
-        self.grid = _line_grid(model, name, nodes, lines, dots, names)
-        # nodes of the grid, and what they are of a group
-        self._places: list[tuple[str, list[int], Places]] = []
-        for group in model.mechanism.groups:
-            # a weld along a region is shown at its first node
-            here = [(c, j) for c, j in joints_of(group) if j is known[j.joint.name]]
-            shown = [number[j.joint.name] for _, j in here]
-            for which in range(2) if here else ():
-                rows = [2 * k + (1 - which if swapped[k] else which) for k in shown]
-                place = Places(group, which, *zip(*here, strict=True))
-                self._places.append((group.name, rows, place))
-
-    def fields(self, simulation: Simulation) -> dict[str, Floats]:
-        """Displacements of both ends of each joint."""
-        found = np.zeros((self._count, 3))
-        for group, rows, place in self._places:
+    def fields(simulation: Simulation) -> dict[str, Floats]:
+        found = np.zeros((len(nodes), 3))
+        for group, rows, place in places:
             # ends of joints at changes of states are changes of ends
             found[rows] = place.points(state(simulation, group), 0.0)
-        self._comm.Allreduce(MPI.IN_PLACE, found)
-        return {"displacement": found} if self._comm.rank == 0 else {}
+        model.comm.Allreduce(MPI.IN_PLACE, found)
+        return {"displacement": found} if model.comm.rank == 0 else {}
 
-    def cell_data(self) -> dict[str, Floats]:
-        """Number of the joint in the scene."""
-        return {"joint": self._cells}
+    dots = list(range(len(nodes)))
+    cells = np.array([k // 2 for k in (*dots, *(k for k, _ in lines))], dtype=float)
+    names = [name for name in known for _ in range(2)]
+    return Drawn(_line_grid(model, name, nodes, lines, dots, names), fields, {"joint": cells})
 
 
-def drawn_bodies(model: Model) -> dict[str, DrawnMesh | DrawnRigid]:
+def drawn_bodies(model: Model) -> dict[str, Drawn]:
     """Shells, beams and rigid bodies as they are shown; collective."""
-    bodies = {**model.meshed, **model.own}
-    found: dict[str, DrawnMesh | DrawnRigid] = {n: DrawnMesh(b) for n, b in bodies.items()}
+    found = {name: drawn_mesh(body) for name, body in {**model.meshed, **model.own}.items()}
     for name, data in modal_members(model).items():
-        found[name] = DrawnMesh(data.members[name].body, ModalNodes(model, name))
+        found[name] = drawn_mesh(data.members[name].body, ModalNodes(model, name))
     if model.rigid is not None and model.scene.rigid_bodies:
-        found[model.rigid.name] = DrawnRigid(model, model.rigid)
+        found[model.rigid.name] = drawn_rigid(model, model.rigid)
     return found
 
 
 def drawn_parts(model: Model) -> dict[str, Drawn]:
     """Everything that is shown of a model, by name; collective."""
-    found: dict[str, Drawn] = {**drawn_bodies(model)}
+    found = drawn_bodies(model)
     # those of the scene are gone where a shell or beam is rigid
     contacts = [group.item for group in model.contacts]
     middle, size = _middle(model, found) if contacts else (np.zeros(3), 0.0)
-    if model.rigid is not None:
-        found |= {name: DrawnRigidMesh(model, mesh) for name, mesh in model.rigid_meshes.items()}
+    for name, mesh in model.rigid_meshes.items():
+        assert model.rigid is not None
+        X = mesh.mixed.nodes("u")
+        moving = FixedPoints(model, X, [model.rigid.index[name]] * len(X))
+        found[name] = drawn_mesh(mesh, moving)
     if solids := [body_solid(b) for b in model.scene.rigid_bodies if b.shape is not None]:
-        found[SOLIDS] = DrawnSolids(model, SOLIDS, solids)
+        found[SOLIDS] = drawn_solids(model, SOLIDS, solids)
     if model.mechanism.joints:
-        found[JOINTS] = DrawnJoints(model, JOINTS)
+        found[JOINTS] = drawn_joints(model, JOINTS)
     near = [obstacle_solid(c, middle, size) for c in contacts]
     if shown := [solid for solid in near if solid is not None]:
-        found[OBSTACLES] = DrawnSolids(model, OBSTACLES, shown)
+        found[OBSTACLES] = drawn_solids(model, OBSTACLES, shown)
     return found
 
 

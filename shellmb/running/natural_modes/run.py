@@ -162,7 +162,7 @@ def write_shapes(
     drawn = drawn_bodies(model)
     fields = [
         {
-            body: {name: part.shape(shape[body]) for name, shape in mode.items()}
+            body: {name: part.gather(shape[body]) for name, shape in mode.items()}
             for body, part in drawn.items()
         }
         for mode in modes
@@ -176,7 +176,7 @@ def write_shapes(
     for body, part in drawn.items():
         if part.grid is not None:
             make_folder(directory / FIELDS)
-            files = GridFiles(directory / FIELDS, part.grid, part.cell_data())
+            files = GridFiles(directory / FIELDS, part.grid, part.cells)
             for k, found in enumerate(fields):
                 files.write(k, {n: v for n, v in found[body].items() if v is not None})
             files.list([float(k) for k in range(1, len(fields) + 1)])
