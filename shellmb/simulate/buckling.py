@@ -85,6 +85,12 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
             raise SceneError(
                 f"buckling: {what}, which forces do not soften; its model must be 'exact'"
             )
+    for own in scene.own_bodies:
+        if own.elastic:
+            raise SceneError(
+                f"buckling: own body '{own.name}' has strains of its own, of whose forces no "
+                "stiffness is known here; follow its path instead, path=PathFollowing()"
+            )
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)
     state.run()

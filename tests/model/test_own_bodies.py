@@ -267,3 +267,11 @@ def test_what_it_cannot_have_is_refused(case: str) -> None:
         made: Any = {"own_bodies": block(), "probes": (), "supports": sm.Clamped("left")}
         base: Any = {"scheme": "ep4", "dt": 5e-3, "t_end": 0.01}
         run(sm.Scene("solid", **made | base | given))
+
+
+def test_linear_buckling_is_refused() -> None:
+    """Kind: what has no resultants of its own would buckle nowhere, without a word."""
+    load = sm.PointForce("tip", (-1.0, 0, 0), body="block")
+    made = sm.Scene("solid", own_bodies=block(), supports=sm.Clamped("left"), loads=load)
+    with pytest.raises(sm.SceneError, match="own body 'block' has strains of its own, of whose"):
+        sm.modes(made, buckling=True)

@@ -276,6 +276,31 @@ def test_a_motor_that_another_program_commands_has_its_default() -> None:
         sm.linearise(driven("load1", law=lambda q, v, t: 0.0 * t))
 
 
+@pytest.mark.parametrize("along", [(0.2, 0.0, 0.0), (0.0, 0.3, 0.0), (0.1, 0.2, 0.3)])
+def test_what_hangs_on_a_link_moves_as_its_modes(along: tuple[float, float, float]) -> None:
+    """Kind: rows of constraints whose entries are zero, here of a link along an axis."""
+    end = (1.0, 0.25, 0.25)
+    scene = sm.Scene(
+        "link",
+        rigid_bodies=[
+            sm.RigidBody("arm", 2.0, (0.1,) * 3, (1.0, 0, 0)),
+            sm.RigidBody("mass", 5.0, (0.01,) * 3, tuple(np.add(end, along))),
+        ],
+        joints=[
+            sm.Revolute("pin", sm.GROUND, "arm", at=(0, 0, 0), axis=(0, 1, 0)),
+            sm.Distance("rod", "arm", "mass", at=end, second_at="center"),
+        ],
+        force_elements=sm.JointSpring("spring", "pin", stiffness=50.0),
+        **MOTION,
+    )
+    found = sm.linearise(scene)
+    # a rotation of the arm, and six motions of the mass less one
+    assert found.size == 6
+    exact = 2 * np.pi * sm.modes(scene, count=6).frequencies[-1]
+    # a motion that is free is zero twice
+    assert np.abs(found.poles(11))[-1] == pytest.approx(exact, rel=1e-9)
+
+
 def test_a_law_that_fails_is_the_users(tmp_path: Path) -> None:
     """Kind: a function of ours around one of a user's stands in the sentence in its place."""
 

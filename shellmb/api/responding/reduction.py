@@ -192,7 +192,10 @@ def null_space(rows: sp.csr_array) -> sp.csr_array:
     from scipy.sparse.csgraph import connected_components
 
     m, n = rows.shape
-    tied = np.isin(np.arange(n), rows.indices[rows.data != 0])
+    # entries that are zero tie nothing
+    rows = rows.copy()
+    rows.eliminate_zeros()
+    tied = np.isin(np.arange(n), rows.indices)
     free = np.flatnonzero(~tied)
     parts: list[tuple[Ints, Any]] = [(free, sp.eye_array(len(free)))]
     if tied.any():

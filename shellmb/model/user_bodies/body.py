@@ -151,7 +151,8 @@ class OwnBody(Body, UserBody):
         self._holds = tuple(constraints)
         self.points = {n: vector(x) for n, x in points.items()}
         self.regions = dict(regions)
-        self.massive, self.placed = mass is not None, is_placed(space)
+        self.massive, self.elastic = mass is not None, strain is not None
+        self.placed = is_placed(space)
         self._one = fem.Constant(space.mesh, 1.0)
         for what, function in self._functions():
             state = ufl.Coefficient(mixed.space)

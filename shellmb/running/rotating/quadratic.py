@@ -163,7 +163,7 @@ def _first(
     attempts: Sequence[tuple[float, int]],
 ) -> SLEPc.PEP:
     """The solver after the first of some attempts whose eigenvalues could be sorted."""
-    failure: Exception | None = None
+    failure: BaseException | None = None
     size = 2 * K.getSize()[0]
     wanted = min(2 * count, size)
     for part, basis in attempts:
@@ -180,12 +180,12 @@ def _first(
             solver.solve()
         except (PETSc.Error, SystemError) as error:
             # raised through Cython it may come as the cause of a SystemError
-            failure = error
+            failure = error if isinstance(error, PETSc.Error) else error.__cause__ or error
         else:
             return solver
     raise ConvergenceError(
         "modes: the eigenproblem has no solution; its matrix must be regular: look for "
-        f"bodies without stiffness and mass ({failure})"
+        f"bodies without stiffness and mass (PETSc error {getattr(failure, 'ierr', failure)})"
     ) from failure
 
 

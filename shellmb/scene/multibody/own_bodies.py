@@ -14,6 +14,7 @@ class UserBody(SceneBody):
         points: Named points, by their coordinates [m].
         regions: Named parts, by functions of coordinates, shape (3, n), that mark what is in them.
         massive: Whether it has a mass.
+        elastic: Whether it has strains.
         placed: Whether its field is a displacement [m] at nodes of its mesh: without, it has no
             places for supports, joints, loads and probes.
     """
@@ -24,6 +25,8 @@ class UserBody(SceneBody):
     points: Mapping[str, tuple[float, float, float]]
     regions: Mapping[str, Callable[[Any], Any]]
     massive: bool
+    elastic: bool
+    placed: bool
 
     @property
     def mass_given(self) -> float:
