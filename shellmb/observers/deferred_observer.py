@@ -133,8 +133,9 @@ class DeferredObserver(BaseObserver):
     """
 
     def __init__(self) -> None:
-        self.count = 0
-        self._taken = 0
+        self.count = self._taken = 0
+        # number of steps that are booked together; zero: not known yet
+        self._most = 0
         self._now: Row = {}
         # rows for a history that collects them
         self._rows: list[Row] | None = None
@@ -176,7 +177,8 @@ class DeferredObserver(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Take the step."""
-        if self._taken and self._taken >= _together(simulation):
+        self._most = self._most or _together(simulation)
+        if self._taken >= self._most:
             # nobody requests the state before the last step any more: another one is solved
             taken, self._taken = self._taken, 0
             self._book(slice(0, taken))

@@ -12,8 +12,7 @@ from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.nullspace.directornodes import TURN
-from shellmb.system.nullspace.directors import constraint, violation
-from shellmb.system.nullspace.nodes import NodeLoops
+from shellmb.system.nullspace.directors import constraint, pseudo_inverse, violation
 
 # differences are those of sums in another order
 ROUND_OFF = 1e-12
@@ -107,9 +106,14 @@ def test_violations_of_directors(k) -> None:
     reference, values = np.tile(np.eye(3)[:k].ravel(), (4, 1)), 0.1 * some(12 * k)
     dofs, counts = np.arange(12 * k).reshape(4, 3 * k), np.array([1, 0, 1, 1], dtype=np.uint8)
     expected = np.abs(violation(reference + values.reshape(4, -1))).max(axis=1)
-    pointers = native.longs(dofs), *map(native.doubles, (reference, values))
-    arguments = 4, k, *pointers, native.bytes_of(counts)
+    pointers, back = [native.longs(dofs)], np.ones((4, 3 * k))
+    pointers += map(native.doubles, (reference, values))
+    arguments = 4, k, *pointers, native.bytes_of(counts), 1e-13, native.doubles(back)
     assert lib.violation(*arguments) == pytest.approx(max(expected[[0, 2, 3]]), rel=1e-14)
+    d = (reference + values.reshape(4, -1))[[0, 2, 3]]
+    nearer = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d)), violation(d))
+    assert back[[0, 2, 3]] == pytest.approx(nearer, rel=1e-12, abs=1e-14)
+    assert not back[1].any()
     values[6 * k] = np.nan
     assert np.isnan(lib.violation(*arguments))
 
@@ -121,7 +125,7 @@ def test_turning_nodes(simulation, size) -> None:
     x, found = system.x.copy(), []
     change = size * some(len(x.array_r))
     loops = nodes._loops
-    assert loops and all(isinstance(one, NodeLoops) for one in loops)
+    assert loops
     try:
         for way in (loops, None):
             nodes._loops = way

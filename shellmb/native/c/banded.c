@@ -57,8 +57,7 @@ static int eliminate_column(const Band *b, int k, int *reach)
         most = size > most ? size : most;
     }
     b->pivots[k] = k + pivot;
-    int last = k + pivot + b->above;
-    *reach = last > *reach ? last : *reach;
+    *reach = larger(*reach, k + pivot + b->above);
     int count = (*reach < n ? *reach : n - 1) - k;
     if (pivot)
         swap(count + 1, own, own + pivot * down);

@@ -156,22 +156,30 @@ void normalise_nodes(const Turning *t, double *x)
 }
 
 /* Largest violation of the constraints of nodes that count, `reference` + value: lengths, halves of
- * squares as their derivatives are, and right angles. What is no number wins. */
+ * squares as their derivatives are, and right angles. What is no number wins. `back` gets the least
+ * change that takes nodes beyond `bound` back to them, to first order: `-C^T (C C^T)^-1 g`. */
 double violation(int nodes, int directors, const int64_t *dofs, const double *reference,
-                 const double *values, const unsigned char *counts)
+                 const double *values, const unsigned char *counts, double bound, double *back)
 {
-    double most = 0.0, d[9];
-    int n = 3 * directors;
-    for (int node = 0; node < nodes; ++node, dofs += n, reference += n) {
+    double most = 0.0, d[MOST_SIZE], g[MOST_ROWS], C[MOST_ROWS * MOST_SIZE], P[MOST_ROWS * MOST_SIZE];
+    int n = 3 * directors, c = directors == 1 ? 1 : MOST_ROWS;
+    for (int node = 0; node < nodes; ++node, dofs += n, reference += n, back += n) {
+        double own = 0.0;
         for (int i = 0; i < n; ++i)
             d[i] = reference[i] + values[dofs[i]];
-        for (int k = 0; counts[node] && k < n; k += 3)
-            for (int l = 0; l <= k; l += 3) {
-                double g = d[k] * d[l] + d[k + 1] * d[l + 1] + d[k + 2] * d[l + 2];
-                g = k == l ? (g - 1) / 2 : g;
-                if (!(fabs(g) <= most) && most == most)
-                    most = fabs(g);
-            }
+        for (int row = 0; counts[node] && row < c; ++row) {
+            const double *a = d + 3 * PAIRS[row][0], *b = d + 3 * PAIRS[row][1];
+            g[row] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            g[row] = a == b ? (g[row] - 1) / 2 : g[row];
+            own = !(fabs(g[row]) <= own) && own == own ? fabs(g[row]) : own;
+        }
+        most = !(own <= most) && most == most ? own : most;
+        memset(back, 0, sizeof(double) * n);
+        if (!(own > bound))
+            continue;
+        constraint_rows(directors, d, C);
+        small_inverse(c, n, C, P);
+        small_product(n, c, 1, -1.0, P, g, back);
     }
     return most;
 }

@@ -181,10 +181,8 @@ static double relative_to(double change, double size, double scale)
 static double unit_of(const Parts *p, const double *sizes)
 {
     double unit = p->least;
-    for (int part = 0; part < p->parts; ++part) {
-        double size = p->moves[part] * sizes[part];
-        unit = size > unit ? size : unit;
-    }
+    for (int part = 0; part < p->parts; ++part)
+        unit = fmax(unit, p->moves[part] * sizes[part]);
     return unit;
 }
 
@@ -200,10 +198,8 @@ void relate(const Parts *p)
         double share = relative_to(change, relative[part], unit * scale);
         double weighted = share < INFINITY ? p->weights[part] * share : share;
         relative[part] = share;
-        if (share > found[0])
-            found[0] = share;
-        if (weighted > found[3])
-            found[3] = weighted;
+        found[0] = fmax(found[0], share);
+        found[3] = fmax(found[3], weighted);
         if (!(change < p->bounds[part]))
             found[2] = 1.0;
         if (p->bounds[part] < INFINITY && change / scale > found[1])

@@ -288,26 +288,21 @@ class DirectorNodes:
         self.settled = native.cells().lib.violation(*self._now) <= ROUND_OFF
         if self.settled and not self.partial:
             return None
-        out = np.zeros(self.dofs.shape)
-        d = self.now()
-        g = violation(d)
-        off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
-        if not self.settled:
-            out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
         for node, free, _ in self.partial:
-            C = constraint(d[node : node + 1])[0]
-            out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
-        return out
+            d = self.reference[node : node + 1] + self.values[self.dofs[node : node + 1]]
+            inverse = any_pseudo_inverse(constraint(d)[0][:, free])
+            self._back[node, free] = -inverse @ violation(d)[0]
+        return self._back
 
     @cached_property
     def _now(self) -> tuple[Any, ...]:
-        """For C, the directors of the field's state and which of them are free."""
+        """For C, the directors of the field's state, which are free, and where changes go."""
         dofs, regular = self.dofs.astype(np.int64), self.regular.astype(np.uint8)
-        reference = np.ascontiguousarray(self.reference, dtype=float)
+        reference, self._back = np.ascontiguousarray(self.reference, float), np.zeros(dofs.shape)
         self._kept = dofs, regular, reference
         places = len(dofs), dofs.shape[1] // 3, native.longs(dofs)
         values = map(native.doubles, (reference, self.values))
-        return *places, *values, native.bytes_of(regular)
+        return *places, *values, native.bytes_of(regular), ROUND_OFF, native.doubles(self._back)
 
     def _jump_correction(self, fields: Sequence[Field]) -> Floats:
         """Correction of jumps of rates; of nodes that are free, `moved` takes out what is not."""

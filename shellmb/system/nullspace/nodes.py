@@ -61,16 +61,15 @@ class SystemNodes:
             for s, rows in zip(self.sets.values(), here.values(), strict=True)
         )
         alone = bool(system.comm.allreduce(alone, op=MPI.MIN))
-        self._loops = (
-            [
-                NodeLoops(s, here[k], None if s.partner is None else here[s.partner])
+        self._loops: list[tuple[DirectorNodes, Any]] | None = None
+        if alone:
+            self._lib, self._pointer = native.cells().lib, native.CArrays()
+            self._loops = [
+                turning(s, here[k], None if s.partner is None else here[s.partner], self._pointer)
                 for k, s in self.sets.items()
                 # rates are turned with their directors
                 if not s.declared.linear and s.state is None
             ]
-            if alone
-            else None
-        )
 
     def begin(self) -> None:
         """The fields hold another state."""
@@ -80,7 +79,7 @@ class SystemNodes:
     @property
     def turnings(self) -> list[Any] | None:
         """For C, directors among unknowns that are normalised; None: no call of C does all."""
-        return None if self._loops is None else [loops.struct for loops in self._loops]
+        return None if self._loops is None else [struct for _, struct in self._loops]
 
     def multipliers(self, k: int) -> Ints:
         """Unknowns of the multipliers of a field's nodes, shape (n, c)."""
@@ -97,8 +96,9 @@ class SystemNodes:
             return
         if self._loops is not None:
             now, change = native.entries(x), native.entries(dx, True)
-            for loops in self._loops:
-                loops.turn(now, change)
+            for nodes, struct in self._loops:
+                if self._lib.turn_nodes(struct, now, change, TURN):
+                    nodes.settled = False
             return
         changes, state = dx.array, x.array_r
         for known, values in self._found(DirectorNodes.moved, -changes):
@@ -112,8 +112,8 @@ class SystemNodes:
         """
         if self._loops is not None:
             now = native.entries(x, True)
-            for loops in self._loops:
-                loops.normalise(now)
+            for _, struct in self._loops:
+                self._lib.normalise_nodes(struct, now)
             return
         state = x.array
         for known, values in self._found(DirectorNodes.nearest, state):
@@ -142,37 +142,22 @@ class SystemNodes:
         return [(known, self.full.set(ids, given)[known])]
 
 
-class NodeLoops:
-    """Turns the nodes of one field where their unknowns are this rank's own.
-
-    One call of `nodes.c` each.
+def turning(
+    nodes: DirectorNodes, rows: Ints, rates: Ints | None, pointer: native.CArrays
+) -> tuple[DirectorNodes, Any]:
+    """The nodes of one field where their unknowns are this rank's own, and for C, where they are.
 
     Args:
         nodes: The nodes.
         rows: Owned unknowns of those without fixed components, shape (n, 3 k).
         rates: Those of their velocities over a path, of the same shape; None: there are none.
-
-    Attributes:
-        struct: For C, where they are.
+        pointer: Makes pointers.
     """
-
-    def __init__(self, nodes: DirectorNodes, rows: Ints, rates: Ints | None) -> None:
-        self._nodes, self._lib, self._pointer = nodes, native.cells().lib, native.CArrays()
-        pointer = self._pointer
-        members = {
-            "nodes": len(rows),
-            "directors": rows.shape[1] // 3,
-            "rows": pointer(np.ascontiguousarray(rows)),
-            "rates": pointer(None if rates is None else np.ascontiguousarray(rates)),
-            "reference": pointer(np.ascontiguousarray(nodes.reference[nodes.regular])),
-        }
-        self.struct = pointer.many("Turning", [members])
-
-    def turn(self, x: Any, dx: Any) -> None:
-        """Make the update `-dx` of unknowns one by finite rotations; pointers for C."""
-        if self._lib.turn_nodes(self.struct, x, dx, TURN):
-            self._nodes.settled = False
-
-    def normalise(self, x: Any) -> None:
-        """Bring directors among the unknowns to unit length and right angles; pointer for C."""
-        self._lib.normalise_nodes(self.struct, x)
+    members = {
+        "nodes": len(rows),
+        "directors": rows.shape[1] // 3,
+        "rows": pointer(np.ascontiguousarray(rows)),
+        "rates": pointer(None if rates is None else np.ascontiguousarray(rates)),
+        "reference": pointer(np.ascontiguousarray(nodes.reference[nodes.regular])),
+    }
+    return nodes, pointer.many("Turning", [members])
