@@ -1,11 +1,11 @@
 """Locks between processes that end with the process, however it ends, and say who holds them."""
 
+import fcntl
 import os
 import platform
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
-
-import filelock
+from typing import TextIO
 
 from shellmb.files.writing import clear, is_plain
 
@@ -24,16 +24,7 @@ class FileLock:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._file: os.stat_result | None = None
-        self._lock = filelock.FileLock(
-            path, mode=0o644, fallback_to_soft=False, on_acquired=self._sign
-        )
-
-    def _sign(self, file: int) -> None:
-        """Write into the locked file whose it is."""
-        self._file = os.fstat(file)
-        os.ftruncate(file, 0)
-        os.pwrite(file, f"process {os.getpid()} on {platform.node()}".encode(), 0)
+        self._file: TextIO | None = None
 
     def acquire(self) -> bool:
         """Take the lock, if nobody holds it; whether it is ours now.
@@ -45,10 +36,20 @@ class FileLock:
             if not is_plain(self._path):
                 # a link, and what it points to is none of ours
                 clear(self._path)
-        try:
-            self._lock.acquire(blocking=False)
-        except filelock.Timeout:
-            return False
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+        with ExitStack() as failed:
+            file = failed.enter_context(os.fdopen(os.open(self._path, flags, 0o644), "r+"))
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+            if not os.fstat(file.fileno()).st_nlink:
+                # whoever held it has removed it meanwhile
+                return self.acquire()
+            file.truncate()
+            print(f"process {os.getpid()} on {platform.node()}", end="", file=file, flush=True)
+            self._file = file
+            failed.pop_all()
         return True
 
     def release(self) -> None:
@@ -57,10 +58,9 @@ class FileLock:
             return
         file, self._file = self._file, None
         # a lock that nobody holds does no harm
-        with suppress(OSError):
-            if os.path.samestat(file, self._path.stat()):
+        with file, suppress(OSError):
+            if os.path.samestat(os.fstat(file.fileno()), self._path.stat()):
                 self._path.unlink()
-        self._lock.release()
 
     @property
     def owner(self) -> str:

@@ -31,7 +31,8 @@ _log = logging.getLogger(__name__)
 
 # bytes that vectors of any processor begin at multiples of
 LINE = 64
-KINDS = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
+# of arrays by the letters of their types: names of these take longer than all else here
+KINDS = {"d": "double[]", "i": "int[]", "l": "int64_t[]", "q": "int64_t[]"}
 
 
 @cache
@@ -73,9 +74,10 @@ class CArrays:
         """Pointer to the array's data; NULL for None."""
         if array is None:
             return self.ffi.NULL
-        assert array.flags.c_contiguous
-        self._kept.append(array)
-        return self.ffi.cast(KINDS[array.dtype.name], array.ctypes.data)
+        # refuses what does not lie in one piece, and keeps the array
+        made = self.ffi.from_buffer(KINDS[array.dtype.char], array)
+        self._kept.append(made)
+        return made
 
     def many(self, kind: str, pointers: Sequence[Any]) -> Any:
         """A C array."""

@@ -5,6 +5,7 @@ Nothing here is of the room around it: no C of ours, no language of FFCx's, no v
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +13,6 @@ from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
-import filelock
 import numpy as np
 from dolfinx import fem
 from ufl import Form
@@ -45,7 +45,8 @@ def _compiling(value: Form | Expr) -> Iterator[dict[str, Any]]:
         # the first rank compiles while others wait for it
         yield options
         return
-    with filelock.FileLock(folder / "lock"):
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
         for source in folder.glob("*.c"):
             if not source.with_suffix(".c.cached").exists():
                 source.unlink()

@@ -19,8 +19,9 @@ def contract(graph: Graph, a: Any, b: Any) -> Scalar:
 
 def times(graph: Graph, a: Tensor, b: Tensor) -> Tensor:
     """Product of tensors, over the last index of one and the first of the other."""
-    rows, columns = a.reshape(-1, a.shape[-1]), b.reshape(b.shape[0], -1)
-    made = [[contract(graph, row, column) for column in columns.T] for row in rows]
+    # lists of Python are read faster
+    rows, columns = a.reshape(-1, a.shape[-1]).tolist(), b.reshape(b.shape[0], -1).T.tolist()
+    made = [[contract(graph, row, column) for column in columns] for row in rows]
     return array(made).reshape(a.shape[:-1] + b.shape[1:])
 
 
@@ -61,14 +62,4 @@ def crossed(graph: Graph, a: Any, b: Any) -> Tensor:
 
 def array(values: Any) -> Tensor:
     """An array of scalars, of any shape."""
-    if isinstance(values, np.ndarray):
-        return values
-    if not isinstance(values, list):
-        made = np.empty((), dtype=object)
-        made[()] = values
-        return made
-    parts = [array(value) for value in values]
-    made = np.empty((len(parts), *parts[0].shape), dtype=object)
-    for k, part in enumerate(parts):
-        made[k] = part[()] if part.shape == () else part
-    return made
+    return np.asarray(values, dtype=object)

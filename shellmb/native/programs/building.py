@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -56,17 +56,19 @@ class Rule:
         self._tables, self._points, self._rank = tables, points, rank
         graph, entity_size = reader.graph, points.numbers.shape[1]
         self.parts = _parts(graph, value, rank)
-        given = (lambda k: graph.varies[k] and graph.steady[k]) if keeps else lambda k: False
+        loose: Collection[int] = ()
         if len(graph.nodes) < keeps * len(points.weights):
             found = Collector(graph, self.parts.values())
-            given = found.given
             parts = {key: found.of(node) for key, node in self.parts.items()}
             self.parts = {key: node for key, node in parts.items() if node != graph.zero}
+            loose = found.loose
+        both = enumerate(zip(graph.varies, graph.steady, strict=True))
+        given = [v and s and keeps > 0 and k not in loose for k, (v, s) in both]
         self._groups = self._grouped()
         groups = list(self._groups.values())
         self._made = made = Translation(graph, self.parts, groups, entity_size, given)
-        steady: dict[Key, int] = {_numbered(k): node for k, node in enumerate(made.kept)}
-        self._steady = Translation(graph, steady, [list(steady)], entity_size)
+        kept: dict[Key, int] = {_numbered(k): node for k, node in enumerate(made.kept)}
+        self._steady = Translation(graph, kept, [list(kept)], entity_size, [False] * len(given))
         self.registers = max(made.registers, self._steady.registers)
         self.products, self.factors = 0, 0
         count, fit = len(points.weights), ROOM // (8 * LANES * max(made.registers, 1))

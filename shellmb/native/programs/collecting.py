@@ -26,6 +26,10 @@ class Collector:
     Args:
         graph: The graph.
         roots: The nodes.
+
+    Attributes:
+        loose: Of what seldom changes, nodes that are not to be kept from call to call: numbers that
+            all points have times such, no dearer in a sum than the latter.
     """
 
     def __init__(self, graph: Graph, roots: Iterable[int]) -> None:
@@ -39,19 +43,14 @@ class Collector:
         self._chosen: dict[int, Sum] = {}
         # operations that a node takes with what only it needs
         self._own: dict[int, int] = {}
-        # numbers that all points have times what seldom changes: no dearer in a sum than the latter
-        self._loose: set[int] = set()
-        order, _, self._uses = graph.ordered([roots], graph.steady.__getitem__)
+        self.loose: set[int] = set()
+        order, _, self._uses = graph.ordered([roots], graph.steady)
         for node in order:
             self._collect(node)
 
     def of(self, node: int) -> int:
         """Node that stands for one of the roots."""
         return self._make(self._graph.actual[node])
-
-    def given(self, node: int) -> bool:
-        """Decide whether a node's values are to be kept from call to call."""
-        return self._graph.varies[node] and self._graph.steady[node] and node not in self._loose
 
     def _collect(self, node: int) -> None:
         """Find the sums that a node is, whose operands have theirs."""
@@ -198,7 +197,7 @@ class Collector:
         alone = others.get(None)
         if alone is not None and graph.nodes[alone][0] == "mul" and len(terms) > 1:
             if not graph.varies[graph.nodes[alone][1]]:
-                self._loose.add(alone)
+                self.loose.add(alone)
         parts = [graph.times(c, _int(graph.total(some))) for c, some in groups]
         parts += [c if k is None else graph.times(c, k) for k, c in others.items()]
         return _int(graph.total(parts))

@@ -11,6 +11,7 @@ from ufl.core.expr import Expr
 from ufl.domain import extract_domains
 
 from shellmb.arrays import Floats
+from shellmb.native.programs.algebra import array
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.forms import READ, Program, Structure, constant_places
 from shellmb.native.programs.graph import Input, linear
@@ -40,7 +41,7 @@ def program_of(value: Expr, points: Floats) -> tuple[Program, Structure]:
         tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
         known = constant_places(structure.constants)
         reader = Reader(domain, coefficients, known, [], tables.vanishes)
-        values = reader.tensor(value).ravel()
+        values = array(reader.tensor(value)).ravel()
         tables.at_points(len(values))
         none = (0,) * domain.topological_dimension
         parts: Any = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}

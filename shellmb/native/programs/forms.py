@@ -94,13 +94,14 @@ class Structure:
 
     def _number(self, expr: Any) -> int:
         """Number of an operation, behind those that it is of."""
-        found = self._numbers.get(id(expr))
-        if found is None:
-            of = expr.ufl_operands
-            about = map(self._number, of) if of else self._terminal(expr)
-            operation = expr._ufl_typecode_, *about
-            found = self._operations.setdefault(operation, len(self._operations))
-            self._numbers[id(expr)] = found
+        operation, numbers = [expr._ufl_typecode_], self._numbers
+        for of in expr.ufl_operands:
+            number = numbers.get(id(of))
+            operation.append(self._number(of) if number is None else number)
+        if len(operation) == 1:
+            operation += self._terminal(expr)
+        found = self._operations.setdefault(tuple(operation), len(self._operations))
+        numbers[id(expr)] = found
         return found
 
     def _terminal(self, expr: Any) -> tuple[Any, ...]:
@@ -157,7 +158,7 @@ def rules_of(
     for points, integrands in groups.values():
         tables = Tables(points, domain, elements, arguments)
         reader = Reader(domain, functions, places, arguments, tables.vanishes, facet, static)
-        value = reader.graph.total([reader.scalar(x) for x in integrands])
+        value = reader.graph.total([reader.tensor(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
         found.append(Rule(reader, value, len(arguments), points, tables, keeps))
     return found

@@ -45,8 +45,8 @@ class Multilinear:
 
     __slots__ = ("parts",)
 
-    def __init__(self, parts: Mapping[Key, int]) -> None:
-        self.parts = dict(parts)
+    def __init__(self, parts: dict[Key, int]) -> None:
+        self.parts = parts
 
 
 Scalar = int | Multilinear
@@ -112,12 +112,13 @@ class Graph:
 
     def operation(self, *node: Any) -> int:
         """Any operation as it is; one where a comparison holds, zero elsewhere."""
-        found = self._known.get(node)
-        if found is None:
-            own = [self.actual[k] for k in node[1:]]
-            varies = any(map(self.varies.__getitem__, own))
-            found = self._new(node, own, varies, all(map(self.steady.__getitem__, own)))
-        return found
+        if (found := self._known.get(node)) is not None:
+            return found
+        own, varies, steady = [self.actual[k] for k in node[1:]], False, True
+        for k in own:
+            varies |= self.varies[k]
+            steady &= self.steady[k]
+        return self._new(node, own, varies, steady)
 
     def _leaf(self, *node: Any, varies: bool, steady: bool = True) -> int:
         found = self._known.get(node)
@@ -133,7 +134,7 @@ class Graph:
         return found
 
     def ordered(
-        self, roots: Iterable[Iterable[int]], given: Callable[[int], bool]
+        self, roots: Iterable[Iterable[int]], given: Sequence[bool]
     ) -> tuple[list[int], list[int], dict[int, int]]:
         """Nodes behind the operands of those not given, where groups end, and uses of each."""
         order, ends, operands = list[int](), list[int](), self.operands
@@ -151,7 +152,7 @@ class Graph:
                             uses[a] += 1
                     elif node not in uses:
                         uses[node] = 0
-                        if operands[node] and not given(node):
+                        if operands[node] and not given[node]:
                             stack += [~node, *operands[node][::-1]]
                         else:
                             order.append(node)
@@ -192,18 +193,20 @@ class Graph:
 
     def add(self, a: Scalar, b: Scalar) -> Scalar:
         """Sum."""
-        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
-            if a == self.zero:
-                return b
-            if b == self.zero:
-                return a
-            if not (isinstance(a, Multilinear) and isinstance(b, Multilinear)):
-                raise Unsupported("a sum with and without an argument")
-            found = dict(a.parts)
-            for key, node in b.parts.items():
-                found[key] = self.added(found[key], node) if key in found else node
-            return linear(found, self.zero)
-        return self.added(a, b)
+        if isinstance(a, int) and isinstance(b, int):
+            return self.added(a, b)
+        if a == self.zero:
+            return b
+        if b == self.zero:
+            return a
+        if isinstance(a, int) or isinstance(b, int):
+            raise Unsupported("a sum with and without an argument")
+        found = dict(a.parts)
+        for key, node in b.parts.items():
+            found[key] = own = self.added(found[key], node) if key in found else node
+            if own == self.zero:
+                del found[key]
+        return Multilinear(found) if found else self.zero
 
     def added(self, a: int, b: int) -> int:
         """Sum of two nodes."""
@@ -236,21 +239,23 @@ class Graph:
 
     def mul(self, a: Scalar, b: Scalar) -> Scalar:
         """Product."""
-        if isinstance(a, Multilinear) and isinstance(b, Multilinear):
-            found: dict[Key, int] = {}
-            for one, x in a.parts.items():
-                for two, y in b.parts.items():
-                    # in the order of the arguments
-                    key = tuple(sorted((*one, *two), key=lambda item: -item.source))
-                    made = self.times(x, y)
-                    found[key] = self.added(found[key], made) if key in found else made
-            return linear(found, self.zero)
-        for part, factor in ((a, b), (b, a)):
-            if isinstance(part, Multilinear) and isinstance(factor, int):
-                parts = {key: self.times(factor, node) for key, node in part.parts.items()}
-                return linear(parts, self.zero)
-        assert isinstance(a, int) and isinstance(b, int)
-        return self.times(a, b)
+        times = self.times
+        if isinstance(a, int):
+            if isinstance(b, int):
+                return times(a, b)
+            a, b = b, a
+        if isinstance(b, int):
+            if b == self.zero:
+                return b
+            return Multilinear({key: times(b, node) for key, node in a.parts.items()})
+        found: dict[Key, int] = {}
+        for one, x in a.parts.items():
+            for two, y in b.parts.items():
+                # in the order of the arguments
+                key = tuple(sorted((*one, *two), key=lambda item: -item.source))
+                made = times(x, y)
+                found[key] = self.added(found[key], made) if key in found else made
+        return linear(found, self.zero)
 
     def times(self, a: int, b: int) -> int:
         """Product of two nodes."""
@@ -403,7 +408,7 @@ class Graph:
                     memo[now] = own
                     continue
                 args = args[2:]
-            of = [] if op in ("number", "constant", "entity", "input", "weight") else args
+            of = [] if op in LEAVES else args
             missing = [a for a in of if a not in memo]
             if missing:
                 stack.extend(missing)
@@ -418,7 +423,7 @@ class Graph:
         zero = self.zero
         if op == "input":
             return direction.of_input(args[0])
-        if all(isinstance(x, int) and x == zero for x in d) or op in COMPARED or op == "sign":
+        if d.count(zero) == len(d) or op in COMPARED or op == "sign":
             return zero
         match op:
             case "alias":

@@ -71,34 +71,34 @@ class Reader:
         dimensions = self._gdim, self._tdim
         self.geometry = Geometry(self.graph, self.value, dimensions, facet)
 
-    def scalar(self, expr: Expr) -> Scalar:
-        """Read a scalar."""
-        found = self.tensor(expr)
-        assert found.shape == ()
-        return found[()]
-
     def tensor(self, expr: Expr) -> Tensor:
-        """Read an expression; indices that are free have the values that are bound to them."""
-        key = id(expr), *(self._bound[k] for k in expr.ufl_free_indices)
-        found = self._memo.get(key)
+        """Read an expression; indices that are free have the values that are bound to them.
+
+        Returns:
+            An array, or what is in it where it has no shape.
+        """
+        free, key = expr.ufl_free_indices, id(expr)
+        where: Any = (key, *[self._bound[k] for k in free]) if free else key
+        found = self._memo.get(where)
         if found is None:
             name = expr._ufl_handler_name_
             own = getattr(self, f"_{name}", None)
             if own is not None:
                 made = own(expr)
             elif name in FUNCTIONS:
-                made = self.graph.unary(FUNCTIONS[name], *map(self.scalar, expr.ufl_operands))
+                made = self.graph.unary(FUNCTIONS[name], *map(self.tensor, expr.ufl_operands))
             elif name in BINARIES:
-                made = self.graph.binary(BINARIES[name], *map(self.scalar, expr.ufl_operands))
+                made = self.graph.binary(BINARIES[name], *map(self.tensor, expr.ufl_operands))
             elif name in COMPARISONS:
-                args: Any = map(self.scalar, expr.ufl_operands)
+                args: Any = map(self.tensor, expr.ufl_operands)
                 made = self.graph.operation(COMPARISONS[name], *args)
             else:
                 lowered = apply_algebra_lowering(expr)
                 if type(lowered) is type(expr):
                     raise Unsupported(name)
                 made = self.tensor(lowered)
-            found = self._memo[key] = array(made)
+            # what has no shape is itself
+            found = self._memo[where] = made if expr.ufl_shape else array(made)[()]
             # what is known by its id has to live
             self._kept.append(expr)
         return found
@@ -184,7 +184,7 @@ class Reader:
         return self._function(ARGUMENT - expr.number(), expr, self._arguments[expr.number()])
 
     def _variable(self, expr: Any) -> Tensor:
-        of, label = self.tensor(expr.ufl_operands[0]), expr.label().count()
+        of, label = array(self.tensor(expr.ufl_operands[0])), expr.label().count()
         if any(isinstance(value, Multilinear) for value in of.flat):
             raise Unsupported("a variable that is an argument")
         numbers = np.arange(of.size).reshape(of.shape)
@@ -211,21 +211,22 @@ class Reader:
 
     def _sum(self, expr: Any) -> Tensor:
         a, b = map(self.tensor, expr.ufl_operands)
-        return _pairwise(self.graph.add, a, b)
+        return _pairwise(self.graph.add, a, b) if expr.ufl_shape else self.graph.add(a, b)
 
     def _product(self, expr: Any) -> Scalar:
-        return self.graph.mul(*map(self.scalar, expr.ufl_operands))
+        return self.graph.mul(*map(self.tensor, expr.ufl_operands))
 
     def _division(self, expr: Any) -> Tensor:
-        a, b = self.tensor(expr.ufl_operands[0]), self.scalar(expr.ufl_operands[1])
-        return _mapped(lambda x: self.graph.div(x, b), a)
+        a, b = map(self.tensor, expr.ufl_operands)
+        by = partial(self.graph.div, b=b)
+        return _mapped(by, a) if expr.ufl_shape else by(a)
 
     def _power(self, expr: Any) -> Scalar:
-        return self.graph.pow(*map(self.scalar, expr.ufl_operands))
+        return self.graph.pow(*map(self.tensor, expr.ufl_operands))
 
     def _conditional(self, expr: Any) -> Tensor:
         condition, *ways = expr.ufl_operands
-        where = self.scalar(condition)
+        where = self.tensor(condition)
         assert isinstance(where, int)
         a, b = map(self.tensor, ways)
         return _pairwise(lambda x, y: self.graph.choose(where, x, y), a, b)
@@ -242,11 +243,11 @@ class Reader:
         return times(self.graph, *map(self.tensor, expr.ufl_operands))
 
     def _inner(self, expr: Any) -> Scalar:
-        a, b = (self.tensor(o).ravel() for o in expr.ufl_operands)
+        a, b = (array(self.tensor(o)).ravel() for o in expr.ufl_operands)
         return contract(self.graph, a, b)
 
     def _outer(self, expr: Any) -> Tensor:
-        a, b = map(self.tensor, expr.ufl_operands)
+        a, b = (array(self.tensor(o)) for o in expr.ufl_operands)
         made = [[self.graph.mul(x, y) for y in b.ravel()] for x in a.ravel()]
         return array(made).reshape(a.shape + b.shape)
 
@@ -257,19 +258,15 @@ class Reader:
         return self.graph.total(list(np.diagonal(self.tensor(expr.ufl_operands[0]))))
 
     def _determinant(self, expr: Any) -> Scalar:
-        A = self.tensor(expr.ufl_operands[0])
-        return A[()] if A.shape == () else det(self.graph, A)
+        return det(self.graph, self.tensor(expr.ufl_operands[0]))
 
     def _inverse(self, expr: Any) -> Tensor:
-        A = self.tensor(expr.ufl_operands[0])
-        if A.shape == ():
-            return array(self.graph.div(self.graph.one, A[()]))
-        return inverse(self.graph, A)
+        return inverse(self.graph, self.tensor(expr.ufl_operands[0]))
 
     # indices
 
     def _list_tensor(self, expr: Any) -> Tensor:
-        return np.stack([self.tensor(o) for o in expr.ufl_operands])
+        return array([self.tensor(o) for o in expr.ufl_operands])
 
     def _places(self, indices: Any) -> tuple[int, ...]:
         return tuple(
@@ -287,13 +284,13 @@ class Reader:
             elif name == "component_tensor":
                 inner, inner_indices = of.ufl_operands
                 names = [i.count() for i in inner_indices]
-                return self._with(names, places, inner)[()]
+                return self._with(names, places, inner)
             elif name == "sum":
                 return self.graph.total([self.tensor(o)[places] for o in of.ufl_operands])
             else:
                 return self.tensor(of)[places]
             if not places:
-                return self.scalar(of)
+                return self.tensor(of)
 
     def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Tensor:
         before = {k: self._bound.get(k) for k in names}
@@ -311,7 +308,7 @@ class Reader:
         names = [i.count() for i in indices]
         made = np.empty(expr.ufl_shape, dtype=object)
         for places in np.ndindex(expr.ufl_shape):
-            made[places] = self._with(names, places, inner)[()]
+            made[places] = self._with(names, places, inner)
         return made
 
     def _index_sum(self, expr: Any) -> Tensor:
@@ -319,13 +316,14 @@ class Reader:
         (index,) = indices
         parts = (self._with([index.count()], [k], inner) for k in range(expr.dimension()))
         # of derivatives by vectors it may be one of vectors
-        return reduce(partial(_pairwise, self.graph.add), parts)
+        add = self.graph.add
+        return reduce(partial(_pairwise, add) if expr.ufl_shape else add, parts)
 
     # derivatives
 
     def _grad(self, expr: Any) -> Tensor:
         (of,), K = expr.ufl_operands, self.geometry.inverse
-        values = self.tensor(of)
+        values = array(self.tensor(of))
         made = np.empty((*values.shape, self._gdim), dtype=object)
         for place in np.ndindex(values.shape):
             slopes = [self.along(values[place], a) for a in range(self._tdim)]
@@ -339,7 +337,7 @@ class Reader:
             raise Unsupported("derivatives of coefficients that are given")
         found: dict[tuple[int, int], Scalar] = {}
         for f, v in zip(functions.ufl_operands, directions.ufl_operands, strict=True):
-            values = self.tensor(v)
+            values = array(self.tensor(v))
             if f._ufl_handler_name_ == "coefficient":
                 number = self._numbers[f]
                 own = self._reference_values(self._elements[number], list(values.ravel()))
@@ -361,7 +359,7 @@ class Reader:
     def _variable_derivative(self, expr: Any) -> Tensor:
         of, variable = expr.ufl_operands
         self.tensor(variable)
-        values, shape = self.tensor(of), variable.ufl_shape
+        values, shape = array(self.tensor(of)), variable.ufl_shape
         label = variable.label().count()
         made = np.empty((*values.shape, *shape), dtype=object)
         for k, place in enumerate(np.ndindex(shape)):

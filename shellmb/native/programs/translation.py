@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from shellmb.native.programs.graph import BINARY, COMPARED, LEAVES, UNARY, Graph, Input, Key
 
@@ -34,7 +34,7 @@ class Translation:
         parts: Nodes of the values, by the arguments that they belong to.
         groups: Keys of these in groups; instructions of one come before those of the next.
         entity_size: How many numbers an entity has.
-        given: Decides whether a node's values are kept from call to call.
+        given: Whether each node's values are kept from call to call.
 
     Attributes:
         code: Instructions for what varies from point to point.
@@ -57,7 +57,7 @@ class Translation:
         parts: Mapping[Key, int],
         groups: Sequence[Sequence[Key]],
         entity_size: int,
-        given: Callable[[int], bool] = lambda node: False,
+        given: Sequence[bool],
     ) -> None:
         self._graph, self._parts, self._groups = graph, parts, groups
         self._given = given
@@ -77,13 +77,14 @@ class Translation:
     def _leaves(self, entity_size: int) -> None:
         """Give numbers, constants and values of functions their places."""
         graph, order = self._graph, self._order
-
-        def of(op: str) -> list[int]:
-            return [node for node in order if graph.nodes[node][0] == op]
-
-        self.kept = [node for node in order if self._given(node)]
+        leaves: dict[str, list[int]] = {name: [] for name in LEAVES}
+        for node in order:
+            op = graph.nodes[node][0]
+            if op in leaves:
+                leaves[op].append(node)
+        self.kept = [node for node in order if self._given[node]]
         self._register = {node: KEPT | k for k, node in enumerate(self.kept)}
-        numbers, constants = of("number"), of("constant")
+        numbers, constants = leaves["number"], leaves["constant"]
         self.numbers = [*map(graph.values.__getitem__, numbers), 0.0, 1.0]
         self.constants = [graph.nodes[node][1] for node in constants]
         self._zero, self._one = len(numbers), len(numbers) + 1
@@ -92,16 +93,15 @@ class Translation:
         self._uniform = {node: k for k, node in enumerate(numbers)}
         self._uniform |= {node: first + k for k, node in enumerate(constants)}
         first += len(constants)
-        self._uniform |= {node: first + graph.nodes[node][1] for node in of("entity")}
+        self._uniform |= {node: first + graph.nodes[node][1] for node in leaves["entity"]}
         self.uniforms = first + entity_size
-        for node in order:
-            op = graph.nodes[node][0]
-            if node not in self._register and op in ("input", "weight"):
+        for node in leaves["input"]:
+            if node not in self._register:
                 self._register[node] = register = self._new()
-                if op == "input":
-                    self.inputs.append((graph.nodes[node][1], register))
-                else:
-                    self.weight = register
+                self.inputs.append((graph.nodes[node][1], register))
+        for node in leaves["weight"]:
+            if node not in self._register:
+                self._register[node] = self.weight = self._new()
 
     def _translate(self) -> None:
         graph = self._graph
@@ -143,7 +143,7 @@ class Translation:
         """Count a use of a node, whose register is free behind the last one."""
         if self._graph.varies[node]:
             self._uses[node] -= 1
-            if self._uses[node] == 0 and not self._given(node):
+            if self._uses[node] == 0 and not self._given[node]:
                 self._free.append(self._register[node])
 
     def _sums(self) -> dict[int, list[Term]]:
@@ -155,7 +155,7 @@ class Translation:
         graph, found = self._graph, dict[int, list[Term]]()
         for node in reversed(self._order):
             some = graph.nodes[node][0] in ("add", "sub") and graph.varies[node]
-            if some and node not in found and not self._given(node):
+            if some and node not in found and not self._given[node]:
                 found[node] = terms = list[Term]()
                 self._fill(node, 1.0, terms, found)
         return found
@@ -169,7 +169,7 @@ class Translation:
             return
         for k, a in enumerate(args):
             own = -sign if op == "sub" and k else sign
-            alone = self._uses[a] == 1 and not self._given(a)
+            alone = self._uses[a] == 1 and not self._given[a]
             if graph.varies[a] and alone and graph.nodes[a][0] in PARTS:
                 found[a] = []
                 self._fill(a, own, to, found)
