@@ -144,19 +144,27 @@ def surface_motion(
     return motion - arm * ufl.cross(turn(directors, changes), normal)
 
 
-def carried(r: Expr, directors: Sequence[Expr], moved: Expr, changes: Sequence[Expr]) -> Expr:
-    """Motion of a place that moves with a rigid body, shape (3,).
+def components(r: Expr, directors: Sequence[Expr]) -> list[Expr]:
+    """Components of a vector along directors, which in the middle of a step are not orthonormal.
 
     Args:
-        r: The place, from a point of the body, shape (3,), m.
-        directors: Directors of the body; in the middle of a step they are not orthonormal.
-        moved: Motion of the point.
-        changes: Motions of the directors.
+        r: The vector, shape (3,), m.
+        directors: The directors.
     """
     a, b, c = directors
     volume = ufl.dot(a, ufl.cross(b, c))
-    parts = (ufl.dot(r, ufl.cross(*pair)) / volume for pair in ((b, c), (c, a), (a, b)))
-    return sum((y * change for y, change in zip(parts, changes, strict=True)), start=moved)
+    return [ufl.dot(r, ufl.cross(*pair)) / volume for pair in ((b, c), (c, a), (a, b))]
+
+
+def carried(y: Sequence[Expr], moved: Expr, changes: Sequence[Expr]) -> Expr:
+    """Motion of a place that moves with a rigid body, shape (3,).
+
+    Args:
+        y: The place, from a point of the body: components along its directors, m.
+        moved: Motion of the point.
+        changes: Motions of the directors.
+    """
+    return sum((part * change for part, change in zip(y, changes, strict=True)), start=moved)
 
 
 def box_distance(y: Sequence[Any], core: Sequence[Expr]) -> Expr:
@@ -234,7 +242,7 @@ def on_facet(at: Expr, corners: Sequence[Expr], changes: Sequence[Expr]) -> Expr
     da, db = changes[1] - changes[0], changes[2] - changes[0]
     normals = ufl.cross(da, b) + ufl.cross(a, db)
     axes = a, b, ufl.cross(a, b)
-    return carried(at - corners[0], axes, changes[0], (da, db, normals))
+    return carried(components(at - corners[0], axes), changes[0], (da, db, normals))
 
 
 def facet_friction(

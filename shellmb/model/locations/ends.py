@@ -135,12 +135,25 @@ class EndGroup:
 
 def change_of(place: Callable[[Expr], Place], at: Expr, dq: Expr) -> Place:
     """Motion of a place by a rate or variation of the state."""
+    moved = variation(_Vectors(place), at, dq)
+    x, *e = (ufl.as_vector([moved[k + i] for i in range(3)]) for k in range(0, len(moved), 3))
+    return Place(x, tuple(e))
 
-    def change(value: Callable[[Place], Expr]) -> Expr:
-        return variation(lambda q: value(place(q)), at, dq)
 
-    turned = (change(lambda found, k=k: found.e[k]) for k in range(len(place(at).e)))  # type: ignore[misc]
-    return Place(change(lambda found: found.x), tuple(turned))
+@dataclass(frozen=True)
+class _Vectors:
+    """Position and vectors of a place at a state as one, whose derivative is taken once.
+
+    Args:
+        place: Gives the place.
+    """
+
+    place: Callable[[Expr], Place]
+
+    def __call__(self, q: Expr) -> Expr:
+        """The vector, shape (3 n,)."""
+        x, e = self.place(q)
+        return ufl.as_vector([v[i] for v in (x, *e) for i in range(3)])
 
 
 def end_pair(

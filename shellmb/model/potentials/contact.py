@@ -221,39 +221,32 @@ class ContactGroup(PotentialGroup):
         if rates is None or (law.damping is None and law.friction is None):
             return None
         at = mid if rates.middle is None else rates.middle
-        place, frame = self.place(at), self._frame(at)
-        moved, virtual = self.moved(at, rates.chord), self.moved(at, dq)
+        place, frame, directions = self.place(at), self._frame(at), (rates.chord, dq)
+        moved = [self.moved(at, v) for v in directions]
+        carriers = [] if self.seen is None else [change_of(self._frame, at, v) for v in directions]
         r = place.x - frame.x
-        n, total = self.shape.normal(r, frame.e), None
+        n, works = self.shape.normal(r, frame.e), []
         distance = self.shape.distance(self.shape.measure(r, frame.e))
         pressing = forms.force(self._penetration(distance), law.stiffness, law.smoothing)
+
+        def relative(motions: list[Expr], material: Expr) -> list[Expr]:
+            """Motions relative to the obstacle, whose material is there, from its point."""
+            if not carriers:
+                return motions
+            y = forms.components(material, frame.e)
+            return [m - forms.carried(y, c.x, c.e) for m, c in zip(motions, carriers, strict=True)]
+
         if law.damping is not None:
-            into, out = (
-                ufl.dot(n, self._relative(m, at, v, r))
-                for m, v in ((moved, rates.chord), (virtual, dq))
-            )
+            into, out = (ufl.dot(n, motion) for motion in relative([m.x for m in moved], r))
             damped = ufl.variable(forms.resisted(pressing, FAR * self.always - into, law.damping))
-            pressing, total = pressing + damped, damped * out
+            pressing, works = pressing + damped, [damped * out]
         if law.friction is not None:
             foot = r + forms.surface(n, self._arm, place.e)
-            slip, shift = (
-                self._relative(
-                    Place(forms.surface_motion(m.x, n, self._arm, place.e, m.e), ()), at, v, foot
-                )
-                for m, v in ((moved, rates.chord), (virtual, dq))
-            )
+            surface = [forms.surface_motion(m.x, n, self._arm, place.e, m.e) for m in moved]
+            slip, shift = relative(surface, foot)
             along = slip - ufl.dot(slip, n) * n
-            work = ufl.dot(ufl.variable(forms.friction(pressing, along, law)), shift)
-            total = work if total is None else total + work
-        return self.weight * total * self.dx
-
-    def _relative(self, moved: Place, at: Expr, v: Expr, r: Expr) -> Expr:
-        """A motion relative to the obstacle, whose material is at `r` from its point."""
-        if self.seen is None:
-            return moved.x
-        frame = self._frame(at)
-        change = change_of(self._frame, at, v)
-        return moved.x - forms.carried(r, frame.e, change.x, change.e)
+            works.append(ufl.dot(ufl.variable(forms.friction(pressing, along, law)), shift))
+        return self.weight * sum(works) * self.dx
 
     def penetrations(self, x: Floats) -> Floats:
         """Penetrations of points at positions (n, 3) as the obstacle sees them, (n,), m."""

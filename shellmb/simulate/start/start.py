@@ -179,7 +179,11 @@ class Start:
             for group in contacts:
                 q = self.problem.levels[group.name].q
                 group.refuse_slip(q.x.array, rates[group.name].x.array)
-        if self._tied or self._following:
+        rates = [levels.rates["v"].x.array for levels in self.problem.levels.values()]
+        # of what rests nothing is to be made consistent. Where something begins to act later the
+        # projection is made here nevertheless, so that a resumed run has the same
+        needed = self.model.comm.allreduce(any(map(np.any, rates))) or self.problem.switches
+        if (self._tied or self._following) and (needed or self._inertialess()):
             try:
                 self.problem.projection.project()
             except ConvergenceError as error:
@@ -223,8 +227,6 @@ class Start:
 
     def _given_velocities(self) -> None:
         """Velocities of held dofs: zero, or that of their prescribed motion."""
-        if "v" not in self.problem.scheme.rates:
-            return
         for body in self.model.bodies:
             v = self.problem.levels[body.name].rates["v"].x.array
             for fixed in body.fixed:
