@@ -151,7 +151,7 @@ class OwnBody(Body, UserBody):
         self._holds = tuple(constraints)
         self.points = {n: vector(x) for n, x in points.items()}
         self.regions = dict(regions)
-        self.massive, self.elastic = mass is not None, strain is not None
+        self.massive, self.has_strains = mass is not None, strain is not None
         self.placed = is_placed(space)
         self._one = fem.Constant(space.mesh, 1.0)
         for what, function in self._functions():

@@ -179,10 +179,10 @@ class Start:
             for group in contacts:
                 q = self.problem.levels[group.name].q
                 group.refuse_slip(q.x.array, rates[group.name].x.array)
-        rates = [levels.rates["v"].x.array for levels in self.problem.levels.values()]
+        velocities = [levels.rates["v"].x.array for levels in self.problem.levels.values()]
         # of what rests nothing is to be made consistent. Where something begins to act later the
         # projection is made here nevertheless, so that a resumed run has the same
-        needed = self.model.comm.allreduce(any(map(np.any, rates))) or self.problem.switches
+        needed = self.model.comm.allreduce(any(map(np.any, velocities))) or self.problem.switches
         if (self._tied or self._following) and (needed or self._inertialess()):
             try:
                 self.problem.projection.project()
