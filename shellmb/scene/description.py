@@ -196,6 +196,11 @@ class Description:
                 and several bodies.
         """
         wanted = " or ".join(k.label for k in kinds)  # type: ignore[attr-defined]
+        named = None if name is None else next((b for b in self.bodies if b.name == name), None)
+        if named is not None:
+            if isinstance(named, kinds):
+                return named
+            raise SceneError(f"{who}: '{name}' is a {kind_of(named)}; it must be a {wanted}")
         fitting = [b for b in self.bodies if isinstance(b, kinds)]
         if name is None:
             if not fitting:
@@ -204,11 +209,6 @@ class Description:
                 known = listed(b.name for b in fitting)
                 raise SceneError(f"{who}: body is missing; it must be one of {known}")
             return fitting[0]
-        for body in self.bodies:
-            if body.name == name:
-                if isinstance(body, kinds):
-                    return body
-                raise SceneError(f"{who}: '{name}' is a {kind_of(body)}; it must be a {wanted}")
         what = kind_of(fitting[0]) if len({type(b) for b in fitting}) == 1 else "body"
         known = listed(b.name for b in fitting) or "none"
         raise SceneError(f"{who}: there is no {what} '{name}'; the scene has {known}")

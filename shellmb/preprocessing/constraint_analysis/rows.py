@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.frame import PAIRS
@@ -233,10 +231,15 @@ def connected(rows: Sequence[Row], known: Ints) -> Iterator[list[Row]]:
 
 
 def _components(places: Sequence[Ints], size: int) -> Ints:
-    """Numbers of the parts that unknowns belong to which are tied to one another."""
-    first = [np.full(len(place) - 1, place[0]) for place in places if len(place)]
-    others = [place[1:] for place in places if len(place)]
-    none = np.zeros(0, dtype=int)
-    edges = np.concatenate([none, *first]), np.concatenate([none, *others])
-    graph = coo_array((np.ones(len(edges[0])), edges), shape=(size, size))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    """Of each unknown one of those that it is tied to, the same for all of them."""
+    above = list(range(size))
+
+    def end_of(k: int) -> int:
+        while above[k] != k:
+            above[k] = k = above[above[k]]
+        return k
+
+    for first, *others in (place.tolist() for place in places if len(place)):
+        for other in others:
+            above[end_of(other)] = end_of(first)
+    return np.array([end_of(k) for k in range(size)], dtype=int)
