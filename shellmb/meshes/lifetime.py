@@ -57,7 +57,7 @@ def count_holder(result: Holder) -> None:
 
 
 def make_room(comm: MPI.Comm, bodies: int = 1) -> None:
-    """Free meshes that nobody uses, if there are many, and then those of old results; collective.
+    """Free meshes that nobody uses, and those of old results if there are many; collective.
 
     Args:
         comm: Communicator.
@@ -66,9 +66,10 @@ def make_room(comm: MPI.Comm, bodies: int = 1) -> None:
     Raises:
         RunError: If what is in use leaves too few communicators.
     """
+    # what is old by `uncollected`, Python itself looks through too seldom
+    gc.collect()
     if _most(comm, _MESHES) < _MESHES.most:
         return
-    gc.collect()
     while _most(comm, _MESHES) >= MOST and _most(comm, _HOLDERS):
         oldest = _HOLDERS.pop(0)() if _HOLDERS else None
         if oldest is not None:
@@ -107,6 +108,9 @@ def uncollected() -> Iterator[None]:
     try:
         yield
     finally:
+        # all is old at once: to look through what is new costs as much once more
+        gc.freeze()
+        gc.unfreeze()
         if before:
             gc.enable()
 

@@ -203,8 +203,9 @@ class Simulation(Restartable):
             ConvergenceError: If a step fails at the smallest step size; names time, step, field.
         """
         error: BaseException | None = None
-        for observer in observers:
-            observer.start(self)
+        with uncollected():
+            for observer in observers:
+                observer.start(self)
         self._calls = _Called(observers)
         begin = now()
         before = self.step_seconds
