@@ -203,7 +203,7 @@ class Simulation(Restartable):
             ConvergenceError: If a step fails at the smallest step size; names time, step, field.
         """
         error: BaseException | None = None
-        with taken_once():
+        with uncollected(), taken_once():
             for observer in observers:
                 observer.start(self)
         self._calls = _Called(observers)

@@ -40,6 +40,8 @@ class Collector:
         self._middle: dict[int, Sum] = {}
         self._whole: dict[int, Sum] = {}
         self._made: dict[int, int] = {}
+        # what others take a node for: as it is near, with short sums, and with all that can be
+        self._seen: dict[int, tuple[Sum, Sum, Sum]] = {}
         self._chosen: dict[int, Sum] = {}
         # operations that a node takes with what only it needs
         self._own: dict[int, int] = {}
@@ -58,16 +60,16 @@ class Collector:
         op, of = graph.nodes[node][0], graph.operands[node]
         # where they seldom change, they stand before the terms of the other one
         factors = of if op == "mul" else of[1:] if op == "div" else []
-        if self._graph.steady[node]:
+        if graph.steady[node]:
             self._made[node], self._short[node] = node, {None: node}
         elif op in LEAVES:
             self._made[node], self._short[node] = node, {node: one}
-        elif op in ("add", "sub") or any(graph.steady[a] for a in factors):
-            sums = [[*map(f, of)] for f in (self._near, self._through, self._whole.__getitem__)]
+        elif op in ("add", "sub") or True in [graph.steady[a] for a in factors]:
+            sums = [self._seen.get(a) or self._see(a) for a in of]
             if op == "div":
                 by: Sum = {None: _int(graph.div(one, of[1]))}
-                op, sums = "mul", [[by, a] for a, _ in sums]
-            near, through, whole = sums
+                op, sums = "mul", [(by, by, by), sums[0]]
+            near, through, whole = zip(*sums, strict=True)
             self._short[node] = short = self._combined(op, *near)
             # most are the same
             self._middle[node] = short if through == near else self._combined(op, *through)
@@ -83,18 +85,14 @@ class Collector:
                 return
         self._whole[node] = self._middle[node] = self._short[node]
 
-    def _near(self, node: int) -> Sum:
-        """The sum that a node is, if it is part of one other alone; else the node itself."""
-        if self._graph.steady[node] or self._uses[node] == 1:
-            return self._short[node]
-        return {self._make(node): self._graph.one}
-
-    def _through(self, node: int) -> Sum:
-        """Likewise, or the short sum that the node is."""
-        if self._graph.steady[node] or self._uses[node] == 1:
-            return self._middle[node]
-        made = self._make(node)
-        return self._outside(node) or {made: self._graph.one}
+    def _see(self, node: int) -> tuple[Sum, Sum, Sum]:
+        """The sum that a node is, if it is part of one other alone, else itself or a short sum."""
+        near, through, whole = self._short[node], self._middle[node], self._whole[node]
+        if not self._graph.steady[node] and self._uses[node] > 1:
+            near = {self._make(node): self._graph.one}
+            through = self._outside(node) or near
+        self._seen[node] = near, through, whole
+        return near, through, whole
 
     def _distributed(self, a: int, b: int) -> Sum | None:
         """A product with coefficients that seldom change before it."""
