@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -107,6 +107,16 @@ def modes(
     return place.held_by(made)
 
 
+def at_most[T](count: int, find: Callable[[int], T]) -> T:
+    """What is found of so many modes, or of as many as there are."""
+    try:
+        return find(count)
+    except TooFewModesError as error:
+        if error.there == 0:
+            raise
+        return find(error.there)
+
+
 def write_modes(
     wanted: Requested,
     chosen: ModesOptions,
@@ -130,12 +140,8 @@ def write_modes(
         **more: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
     """
     if count is None:
-        try:
-            return write_modes(wanted, chosen, accuracy, MOST, directory, comm, pictures, **more)
-        except TooFewModesError as error:
-            if error.there == 0:
-                raise
-            count = error.there
+        how = wanted, chosen, accuracy
+        return at_most(MOST, lambda n: write_modes(*how, n, directory, comm, pictures, **more))
     if accuracy is not None:
         of = replace(accuracy, modes=True, loaded=chosen.loaded, count=count)
         found: Any = wanted.run(directory, comm, pictures, of, **more)

@@ -88,10 +88,10 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
                 f"buckling: {what}, which forces do not soften; its model must be 'exact'"
             )
     for own in scene.own_bodies:
-        if own.elastic:
+        if own.has_strains:
             raise SceneError(
-                f"buckling: own body '{own.name}' has strains of its own, of whose forces no "
-                "stiffness is known here; follow its path instead, path=PathFollowing()"
+                f"buckling: own body '{own.name}' has strains of its own, of whose forces there is "
+                "no stiffness here; follow its path instead, path=PathFollowing()"
             )
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)

@@ -30,14 +30,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Stiffness
 from shellmb.forms.steps.path import is_quadratic
 from shellmb.meshes.spaces import mixed_space
-from shellmb.model.body import (
-    Body,
-    Elastic,
-    FixedDofs,
-    PartScale,
-    Rates,
-    TimeFunction,
-)
+from shellmb.model.body import Body, Elastic, FixedDofs, PartScale, Rates, TimeFunction
 from shellmb.model.massless import NONE
 from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import PotentialStrains, Strains
@@ -151,7 +144,7 @@ class OwnBody(Body, UserBody):
         self._holds = tuple(constraints)
         self.points = {n: vector(x) for n, x in points.items()}
         self.regions = dict(regions)
-        self.massive, self.elastic = mass is not None, strain is not None
+        self.massive, self.has_strains = mass is not None, strain is not None
         self.placed = is_placed(space)
         self._one = fem.Constant(space.mesh, 1.0)
         for what, function in self._functions():

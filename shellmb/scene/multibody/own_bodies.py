@@ -12,7 +12,7 @@ class UserBody:
         points: Named points, by their coordinates [m].
         regions: Named parts, by functions of coordinates, shape (3, n), that mark what is in them.
         massive: Whether it has a mass.
-        elastic: Whether it has strains.
+        has_strains: Whether it has strains.
         placed: Whether its field is a displacement [m] at nodes of its mesh: without, it has no
             places for supports, joints, loads and probes.
     """
@@ -30,7 +30,7 @@ class UserBody:
     points: Mapping[str, tuple[float, float, float]]
     regions: Mapping[str, Callable[[Any], Any]]
     massive: bool
-    elastic: bool
+    has_strains: bool
     placed: bool
 
     @property
