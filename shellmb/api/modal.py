@@ -108,7 +108,7 @@ def modes(
 
 
 def at_most[T](count: int, find: Callable[[int], T]) -> T:
-    """What is found of so many modes, or of as many as there are."""
+    """Result for so many modes, or for as many as there are."""
     try:
         return find(count)
     except TooFewModesError as error:
