@@ -113,11 +113,7 @@ def frequencies(modes: Modes) -> dict[str, float]:
 
 @unsaid()
 def _companion(
-    scene: Scene,
-    modes: Modes,
-    changes: Sequence[Change],
-    loaded: bool,
-    results: ModeResults | None,
+    scene: Scene, modes: Modes, changes: Sequence[Change], loaded: bool, results: ModeResults | None
 ) -> tuple[dict[str, float] | None, str]:
     """Numbers of the first comparison run that works, and why others do not."""
     comm, why = modes.model.comm, ""

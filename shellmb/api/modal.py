@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,6 +72,16 @@ def modes(
     return place.held_by(made)
 
 
+def at_most[T](count: int, find: Callable[[int], T]) -> T:
+    """Result for so many modes, or for as many as there are."""
+    try:
+        return find(count)
+    except TooFewModesError as error:
+        if error.there == 0:
+            raise
+        return find(error.there)
+
+
 def write_modes(
     wanted: Requested,
     chosen: ModesOptions,
@@ -95,12 +105,8 @@ def write_modes(
         **more: To an accuracy also `begin` and `tell`, as `Requested.run` has them.
     """
     if count is None:
-        try:
-            return write_modes(wanted, chosen, accuracy, MOST, directory, comm, pictures, **more)
-        except TooFewModesError as error:
-            if error.there == 0:
-                raise
-            count = error.there
+        given = wanted, chosen, accuracy
+        return at_most(MOST, lambda n: write_modes(*given, n, directory, comm, pictures, **more))
     if accuracy is not None:
         of = replace(accuracy, modes=True, loaded=chosen.loaded, count=count)
         found: Any = wanted.run(directory, comm, pictures, of, **more)

@@ -21,13 +21,7 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import (
-    Body,
-    NodeLink,
-    PartScale,
-    TimeFunction,
-    added,
-)
+from shellmb.model.body import Body, NodeLink, PartScale, TimeFunction, added
 from shellmb.native.expressions import values_at_states
 
 Average = Callable[[TimeFunction | None], float]

@@ -42,6 +42,11 @@ from shellmb.schemes.pieces import START, Pieces, intervals
 LOCAL_ERROR = LocalError(3, 1 / 48)
 
 
+def moved_to_j(a: Any, b: Any, rate: Any, alpha: Any) -> Any:
+    """Remainder of the second eq. (31), zero, with the rate `(q_j - q_i)/h`; linear in all."""
+    return a - alpha * b + 6 * rate
+
+
 @dataclass(frozen=True)
 class EnergyDecaying(Scheme):
     """Two coupled sub-steps with a jump at the start of the step, eqs. (28)-(32).
@@ -94,7 +99,8 @@ class EnergyDecaying(Scheme):
         both = 2 * (unknown["f"] - q) / dt - 2 * v
         if "b" in unknown:
             return both - unknown["b"], unknown["b"]
-        free = (both + 6 * (unknown["j"] - q) / dt) / (1 + alpha)
+        left = moved_to_j(both, 0 * both, (unknown["j"] - q) / dt, alpha)
+        free = left / moved_to_j(1, -1, 0, alpha)
         b = tangent(free, (q + unknown["j"]) / 2)
         return both - b, b
 
@@ -129,7 +135,7 @@ class EnergyDecaying(Scheme):
         alpha = self._factor(levels)
         a, b = self._changes(q, v, levels.unknown, dt, alpha, levels.tangent)
         step = VelocityJump(q, qj, levels.unknown["f"], b, a, v + a, dt)
-        return JumpStage(alpha * b - a - 6 * (qj - q) / dt, b, mean(q, qj), step)
+        return JumpStage(-moved_to_j(a, b, (qj - q) / dt, alpha), b, mean(q, qj), step)
 
     def load_weight(self, stage: str, tau: float) -> float:
         """Row f: the mean; row j: with the first moment that eq. (30) stands for."""
@@ -147,7 +153,7 @@ class EnergyDecaying(Scheme):
         b = 2 * (end - start) / dt - 2 * v - a
         if stage == "b":
             return b
-        return start - dt * (a - self.alpha * b) / 6
+        return start - dt * moved_to_j(a, b, 0, self.alpha) / moved_to_j(0, 0, 1, self.alpha)
 
     def advance(
         self,

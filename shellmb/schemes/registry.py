@@ -55,7 +55,10 @@ def completed(scheme: Named) -> Scheme:
     kind, whole = type(scheme), cast(Any, scheme)
     if not issubclass(kind, Scheme):
         whole = object.__new__(type(kind.__name__, (kind, Scheme), {}))
-        whole.__dict__.update(vars(scheme))
+        # of dataclasses with slots, too
+        names = {n for c in kind.__mro__ for n in getattr(c, "__slots__", ())}
+        for name in (names - {"__weakref__"}) | {*getattr(scheme, "__dict__", ())}:
+            object.__setattr__(whole, name, getattr(scheme, name))
     missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]
     if missing and (*whole.stages,) != (END,):
         raise SceneError(

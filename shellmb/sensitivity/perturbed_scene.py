@@ -36,6 +36,7 @@ class PerturbedScene(PerturbedRun):
         SceneError: If the state of the side is not of that step of the run, or of another scene.
     """
 
+    @unsaid()
     def __init__(
         self, scene: Scene, folder: Path, columns: str, fields: bool, run: Simulation
     ) -> None:
@@ -43,8 +44,7 @@ class PerturbedScene(PerturbedRun):
         if comm.rank == 0:
             folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
-        with unsaid():
-            simulation = Simulation(scene, comm, run)
+        simulation = Simulation(scene, comm, run)
         self._standard = StandardObservers(folder, watched=False, accounts=columns == "all")
         assert self._standard.frames is not None
         # a time that moves may be on either side of that of a frame

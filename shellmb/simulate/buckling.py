@@ -88,8 +88,8 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
     for own in scene.own_bodies:
         if own.has_strains:
             raise SceneError(
-                f"buckling: own body '{own.name}' has strains of its own, of whose forces no "
-                "stiffness is known here; follow its path instead, path=PathFollowing()"
+                f"buckling: own body '{own.name}' has strains of its own, of whose forces there is "
+                "no stiffness here; follow its path instead, path=PathFollowing()"
             )
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)

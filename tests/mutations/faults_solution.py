@@ -9,15 +9,15 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "state j of prescribed dofs on the wrong side",
         "shellmb/schemes/ed.py",
-        "return start - dt * (a - self.alpha * b) / 6",
-        "return start + dt * (a - self.alpha * b) / 6",
+        "return start - dt * moved_to_j(a, b, 0, self.alpha)",
+        "return start + dt * moved_to_j(a, b, 0, self.alpha)",
         (f"{PRESCRIBED}[ed-1-plate]", f"{PRESCRIBED}[ed-0-plate]"),
     ),
     Fault(
         "dissipation of prescribed dofs with the wrong sign",
         "shellmb/schemes/ed.py",
-        "return start - dt * (a - self.alpha * b) / 6",
-        "return start - dt * (a + self.alpha * b) / 6",
+        "return start - dt * moved_to_j(a, b, 0, self.alpha)",
+        "return start - dt * moved_to_j(a, -b, 0, self.alpha)",
         (f"{PRESCRIBED}[ed-1-plate]",),
     ),
     Fault(

@@ -5,7 +5,7 @@ half the step, the exact amplification on an oscillator, and each other's motion
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -128,6 +128,13 @@ def test_orders_in_a_mechanism(name: str, exact: np.ndarray, of_ep: float) -> No
 
 def test_a_half_and_a_half_are_the_mid_point() -> None:
     assert swing(ChungHulbert(0.5, 0.5), 0.02) == pytest.approx(swing(MidPoint(), 0.02), abs=1e-10)
+
+
+def test_dataclasses_may_have_slots() -> None:
+    """Kind: an object whose members are in no dictionary."""
+    slotted = dataclass(frozen=True, slots=True)(type("Slotted", (MidPoint,), {}))()
+    swung = [sm.run(replace(hung(s), t_end=0.02)).history for s in (slotted, MidPoint())]
+    np.testing.assert_array_equal(*(h["total_energy"] for h in swung))
 
 
 def strip(scheme: Any, dt: float, force: float = 1e-5) -> sm.Run:

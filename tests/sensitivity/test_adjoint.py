@@ -7,7 +7,6 @@ differences, and the derivatives of `sm.sensitivities`.
 
 import inspect
 import sys
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -277,36 +276,6 @@ def test_adjoint_of_a_mechanism_is_its_tangent(scheme: str) -> None:
 
 def test_adjoint_of_contact_and_friction_is_their_tangent() -> None:
     assert_same(scenes.skid, {}, ("stiffness", "friction", "speed"), within=1e-5)
-
-
-def test_scenes_of_differences_warn_of_nothing() -> None:
-    """Kind: scenes beside the one that is asked for, of which nobody knows; a rope is let out."""
-
-    def lowered(rate: float = 0.3) -> sm.Scene:
-        return sm.Scene(
-            "lowered",
-            rigid_bodies=sm.RigidBody("load", 2.0, (0.1,) * 3, (0, 0, -1.0)),
-            joints=sm.Distance(
-                "rope",
-                "ground",
-                "load",
-                at=(0, 0, 0),
-                second_at="center",
-                length=lambda t: 1 + rate * t,
-            ),
-            initial=sm.InitialVelocity((0, 0, -0.3)),
-            probes=sm.Probe("height", "center"),
-            scheme="ep4",
-            dt=0.05,
-            t_end=0.1,
-        )
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = sm.sensitivities(lowered, ("rate",), fields=False, columns="probes")
-        back = sm.adjoint(lowered, lambda h: float(h["height"][-1]), parameters=("rate",))
-    slopes = [found.history["rate"]["height"].iloc[-1], back.parameters["rate"]]
-    assert slopes == pytest.approx([-0.1, -0.1], rel=1e-7)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """What has no derivatives is refused with a sentence before anything runs, or said."""
 
+import warnings
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -289,3 +290,33 @@ def test_more_parameters_than_mpi_has_communicators_for(monkeypatch: pytest.Monk
     monkeypatch.setattr("shellmb.api.sensitivity.run.OWN", 2000)
     with pytest.raises(sm.SceneError, match=r"1 parameters are too many .* beside it of 0; free"):
         sm.sensitivities(scenes.plate, ("force",), values={"steps": 1})
+
+
+def test_scenes_of_differences_warn_of_nothing() -> None:
+    """Kind: scenes beside the one that is asked for, of which nobody knows; a rope is let out."""
+
+    def lowered(rate: float = 0.3) -> sm.Scene:
+        return sm.Scene(
+            "lowered",
+            rigid_bodies=sm.RigidBody("load", 2.0, (0.1,) * 3, (0, 0, -1.0)),
+            joints=sm.Distance(
+                "rope",
+                "ground",
+                "load",
+                at=(0, 0, 0),
+                second_at="center",
+                length=lambda t: 1 + rate * t,
+            ),
+            initial=sm.InitialVelocity((0, 0, -0.3)),
+            probes=sm.Probe("height", "center"),
+            scheme="ep4",
+            dt=0.05,
+            t_end=0.1,
+        )
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = sm.sensitivities(lowered, ("rate",), fields=False, columns="probes")
+        back = sm.adjoint(lowered, lambda h: float(h["height"][-1]), parameters=("rate",))
+    slopes = [found.history["rate"]["height"].iloc[-1], back.parameters["rate"]]
+    assert slopes == pytest.approx([-0.1, -0.1], rel=1e-7)

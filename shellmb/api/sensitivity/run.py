@@ -14,9 +14,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from shellmb.api.folders import placed
-from shellmb.api.modal import modes
+from shellmb.api.modal import at_most, modes
 from shellmb.api.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
-from shellmb.errors import SceneError, TooFewModesError, warn
+from shellmb.errors import SceneError, warn
 from shellmb.files.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
@@ -308,10 +308,5 @@ def frequency_sensitivities(
 
 def _frequencies(scene: Scene, count: int, loaded: bool) -> npt.NDArray[np.float64]:
     """Natural frequencies, Hz; fewer where there are fewer."""
-    try:
-        found = modes(scene, count=count, loaded=loaded, pictures=False)
-    except TooFewModesError as error:
-        if error.there == 0:
-            raise
-        found = modes(scene, count=error.there, loaded=loaded, pictures=False)
+    found = at_most(count, lambda n: modes(scene, count=n, loaded=loaded, pictures=False))
     return np.array(found.frequencies)

@@ -28,14 +28,7 @@ from shellmb.forms.constraints import volume as forms
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.meshes.spaces import mixed_space
-from shellmb.model.body import (
-    Body,
-    Elastic,
-    FixedDofs,
-    NodeLink,
-    PartScale,
-    same_everywhere,
-)
+from shellmb.model.body import Body, Elastic, FixedDofs, NodeLink, PartScale, same_everywhere
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.massless import LawValues, NodeGroup, Scale
 from shellmb.model.multipliers import Constraints
@@ -422,10 +415,7 @@ def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
 
 
 def enclosed_volumes(
-    scene: Scene,
-    scale: Scale,
-    shells: Mapping[str, ShellModel],
-    prescribed: Prescribed,
+    scene: Scene, scale: Scale, shells: Mapping[str, ShellModel], prescribed: Prescribed
 ) -> list[Filling]:
     """All enclosed volumes of a scene by what fills them; collective.
 

@@ -30,14 +30,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Stiffness
 from shellmb.forms.steps.path import is_quadratic
 from shellmb.meshes.spaces import mixed_space
-from shellmb.model.body import (
-    Body,
-    Elastic,
-    FixedDofs,
-    PartScale,
-    Rates,
-    TimeFunction,
-)
+from shellmb.model.body import Body, Elastic, FixedDofs, PartScale, Rates, TimeFunction
 from shellmb.model.massless import NONE
 from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import PotentialStrains, Strains

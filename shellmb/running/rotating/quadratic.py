@@ -15,13 +15,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
-from shellmb.system.eigenvalues import (
-    FALSE,
-    factors_of_mumps,
-    left,
-    quotients,
-    shift_and_invert,
-)
+from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, quotients, shift_and_invert
 
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
@@ -75,7 +69,7 @@ def solve_quadratic(
 
     Arnoldi's method on the linearisation (TOAR), shifted and inverted at a real number, so that
     one real factorisation does. Rows of constraints have no mass: their infinite eigenvalues are
-    those that the inverse makes zero.
+    those that the inverse makes zero. Unknowns are scaled, so that their units do not matter.
 
     Args:
         K: Stiffness.
@@ -87,8 +81,9 @@ def solve_quadratic(
     Raises:
         ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
     """
+    sizes, (K, C, M) = _scaled([A.copy() for A in (K, C, M)], shift)
     for attempts in (ATTEMPTS, CROWDED):
-        solver = _first(K, C, M, count, shift, attempts)
+        solver = _first(K, C, M, count, attempts)
         found, wanted = solver.getConverged(), solver.getDimensions()[0]
         if found >= wanted:
             break
@@ -102,9 +97,25 @@ def solve_quadratic(
         vectors = K.createVecRight(), K.createVecRight()
         value = complex(solver.getEigenpair(k, *vectors))
         pair = Pair(value, *vectors)
-        if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
-            pairs.append(_sharpened(pair, K, C, M) if abs(value) > shift else pair)
+        if value.imag >= 0 and (abs(value) < 1 or _left(pair, K, C, M) < FALSE):
+            pair = _sharpened(pair, K, C, M) if abs(value) > 1 else pair
+            for vector in vectors:
+                vector.pointwiseMult(vector, sizes)
+            pairs.append(pair._replace(value=shift * pair.value))
     return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def _scaled(matrices: list[PETSc.Mat], shift: float) -> tuple[PETSc.Vec, list[PETSc.Mat]]:
+    """Sizes of unknowns by which equations have ones on their diagonal at a shift, and these."""
+    sizes, own = matrices[0].createVecRight(), 0.0
+    for power, A in enumerate(matrices):
+        A.scale(shift**power)
+        own = own + abs(A.getDiagonal().array_r)
+    # multipliers of constraints have nothing there
+    sizes.array = 1 / np.sqrt(np.where(own > 0, own, 1.0))
+    for A in matrices:
+        A.diagonalScale(sizes, sizes)
+    return sizes, matrices
 
 
 def told_from_zero(
@@ -155,12 +166,7 @@ def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
 
 
 def _first(
-    K: PETSc.Mat,
-    C: PETSc.Mat,
-    M: PETSc.Mat,
-    count: int,
-    shift: float,
-    attempts: Sequence[tuple[float, int]],
+    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, attempts: Sequence[tuple[float, int]]
 ) -> SLEPc.PEP:
     """The solver after the first of some attempts whose eigenvalues could be sorted."""
     failure: BaseException | None = None
@@ -172,7 +178,7 @@ def _first(
         solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
         solver.setType(SLEPc.PEP.Type.TOAR)
         solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
-        solver.setTarget(part * shift)
+        solver.setTarget(part)
         solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
         solver.setTolerances(1e-11, MOST)
         try:

@@ -17,27 +17,11 @@ from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.model.body import (
-    Body,
-    LoadFactors,
-    Rates,
-    SubInterval,
-    Term,
-    TimeFunction,
-    added,
-)
+from shellmb.model.body import Body, LoadFactors, Rates, SubInterval, Term, TimeFunction, added
 from shellmb.model.multipliers import JumpForms
 from shellmb.model.sections.branches import Course, MaxwellBranches, branches_of
 from shellmb.model.sections.strains import together
-from shellmb.schemes.base import (
-    END,
-    GAUSS_TIMES,
-    GAUSS_WEIGHTS,
-    Levels,
-    Scheme,
-    Stage,
-    Values,
-)
+from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage, Values
 from shellmb.schemes.linearised import change
 from shellmb.schemes.residuals.rows import PathStates, Span, over_interval
 

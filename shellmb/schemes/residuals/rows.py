@@ -26,16 +26,7 @@ from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Moment, Rows, Slope, Stress
 from shellmb.schemes.interval import AT_STATE, A, B, acting
-from shellmb.schemes.notation import (
-    Acting,
-    D,
-    De,
-    PathPage,
-    e,
-    lin,
-    x,
-    z,
-)
+from shellmb.schemes.notation import Acting, D, De, PathPage, e, lin, x, z
 
 # shares of the ends `a` and `b` of a sub-interval in the states x, D, z, y, and of a single state
 FIRST, LAST, SINGLE = x / 2 - D, x / 2 + D, x
