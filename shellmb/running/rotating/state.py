@@ -116,6 +116,8 @@ class StateFrame(RotatingFrame):
     def _along(self, q: Expr, rate: Expr) -> Expr:
         """The rate that a neighbouring state has: along its own directors that of the state."""
         body = self.body
+        if body.vectors_at is None:
+            return rate
         here, there = (body.vectors_at(at).get("w", ()) for at in (self._state, q))
         if len(here) != 3:
             return rate
@@ -230,11 +232,11 @@ class MovingState(Linearised):
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
-        points = [b for b in model.bodies if b.follows]
-        if points and f"{points[0].name}/q" not in arrays:
+        points = {b.name: b.follow for b in model.bodies if b.follow is not None}
+        if any(f"{name}/q" not in arrays for name in points):
             self.relaxation.joined()
-            for body in points:
-                body.follow(q[body.name].x.array)
+            for name, follow in points.items():
+                follow(q[name].x.array)
         moved = self.relaxation.step(self.relaxation.tau, 1.0)
         if not moved < BALANCED:
             raise ConvergenceError(
@@ -309,7 +311,7 @@ def _motion(
     problem = Problem(model, make_scheme(SIMPLEST, 0.0)) if dynamic else None
     for body in model.bodies:
         given = arrays.get(f"{body.name}/q")
-        if given is None and not dynamic and body.follows:
+        if given is None and not dynamic and body.follow is not None:
             # it follows from modes and frames
             continue
         if given is None or given.shape != q[body.name].x.array.shape:
