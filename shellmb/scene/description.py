@@ -133,6 +133,11 @@ class Description:
         return (*self.shells, *self.beams)
 
     @property
+    def weights(self) -> tuple[Gravity, ...]:
+        """The loads that are weights."""
+        return tuple(load for load in self.loads if isinstance(load, Gravity))
+
+    @property
     def point_elements(self) -> tuple[PointElement, ...]:
         """The force elements between points."""
         return tuple(e for e in self.force_elements if isinstance(e, PointElement))

@@ -65,7 +65,7 @@ def refuse_mechanisms(model: Model) -> None:
     }
     found = []
     for body, words in every.items():
-        whole = getattr(model.scene.body(body), "of", body)
+        whole = model.scene.body(body).of or body
         # a place on a reduced body is kept with it, and moves with it
         if words and not {body, whole} & kept and (whole == body or not every[whole]):
             reduced: Any = members.get(body)
@@ -98,7 +98,7 @@ class Motions:
     def __init__(self, model: Model) -> None:
         self.model, self._comm = model, model.comm
         self._unknowns = Unknowns(model.bodies, model.comm)
-        placed = [body for body in model.scene.bodies if getattr(body, "placed", True)]
+        placed = [body for body in model.scene.bodies if body.placed]
         self.blocks = {body.name: k for k, body in enumerate(placed)}
         self.frames = {name: self._frame(name) for name in self.blocks}
         self._first: dict[str, int] = {}

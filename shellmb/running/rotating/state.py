@@ -33,9 +33,8 @@ from shellmb.running.rotating.rigid import (
     spinning,
     unsteady_part,
 )
-from shellmb.scene import Driven, JointDamper, Motor, Scene
+from shellmb.scene import JointDamper, Motor, Scene
 from shellmb.scene.lookup import listed, said
-from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.validate import show
 from shellmb.schemes.base import Levels
@@ -278,7 +277,7 @@ def check_state(scene: Scene, scheme: str) -> None:
             "part of the linearised equations; its states have modes without them only"
         )
     for joint in scene.joints:
-        if isinstance(joint, Contact):
+        if joint.rolls:
             raise SceneError(
                 f"modes: {joint.said} rolls on ground or slips; states with such contacts have no "
                 "modes here"
@@ -387,7 +386,7 @@ def _frame(
 def _check_turns(scene: Scene, line: Axis) -> None:
     """Check that all of a scene turns along, as it is held in space."""
     for support in scene.supports:
-        if not isinstance(support, Driven):
+        if support.rotation is None and support.translation is None:
             place = getattr(support, "at", "")
             raise SceneError(
                 f"modes: {said(support)} {show(place)} is fixed in space and does not rotate "

@@ -16,16 +16,14 @@ from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
     Distance,
-    EdgeHinge,
     Joint,
     Prismatic,
     Revolute,
     Screw,
     ShellRevolute,
-    Weld,
 )
 from shellmb.scene.multibody.offsets import Offset
-from shellmb.scene.multibody.rolling import Contact, Rolling
+from shellmb.scene.multibody.rolling import Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.bodies import SceneBody
@@ -63,7 +61,7 @@ def check(scene: Description) -> None:
 def _joint(scene: Description, joint: Joint) -> None:
     first = scene.end(joint.first, joint.said)
     second = scene.end(joint.second, joint.said)
-    if isinstance(joint, EdgeHinge):
+    if joint.along_edges:
         _edge_hinge(scene, joint, (first, second))
         return
     for body, allowed, which in zip(
@@ -75,7 +73,7 @@ def _joint(scene: Description, joint: Joint) -> None:
                 "be the ground, a rigid body or a beam, connected to it by a Weld or, to a shell, "
                 "a ShellRevolute joint or an EdgeHinge along its edge"
             )
-    if isinstance(joint, Weld) and not second.directors:
+    if joint.of_regions and not second.directors:
         if joint.second_at not in second.region_names:
             known = listed(second.region_names) or "none"
             raise SceneError(
@@ -91,30 +89,23 @@ def _joint(scene: Description, joint: Joint) -> None:
             )
     else:
         _end(scene, joint.first, joint.at, joint.said)
-    along = second.region_names if isinstance(joint, Weld) else ()
+    along = second.region_names if joint.of_regions else ()
     if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
-    elif isinstance(joint, Distance):
-        raise error_of(joint, "second_at is missing; it must be the other end of the distance")
     elif isinstance(joint, Rolling) and not second.single:
         raise SceneError(
             f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
             f"second body is {said(second)}"
         )
-    if isinstance(joint, Distance) and joint.second_at == joint.at:
-        if joint.length is None or joint.given:
-            where = "length is a function of time" if joint.given else "no length is given"
-            both = f"at and second_at are both {show(joint.at)}"
-            raise error_of(joint, f"{both}; they must differ where {where}")
     _within_time(scene, joint.active, f"{joint.said}: active")
-    if isinstance(joint, Contact) and scene.static:
+    if joint.rolls and scene.static:
         raise SceneError(
             f"{joint.said}: the scheme is '{scene.scheme_name}'; it must be a dynamic one, because "
             "a contact holds velocities; in statics use an InPlane joint"
         )
 
 
-def _edge_hinge(scene: Description, joint: EdgeHinge, bodies: tuple[SceneBody, SceneBody]) -> None:
+def _edge_hinge(scene: Description, joint: Any, bodies: tuple[SceneBody, SceneBody]) -> None:
     """A hinge along edges: its ends, and what may act on many angles."""
     who = joint.said
     if not any(body.directors == 1 for body in bodies):
@@ -356,7 +347,7 @@ def _carried(scene: Description) -> set[str]:
         for joint in scene.joints
         if joint.active is None
         and (
-            isinstance(joint, Weld)
+            joint.of_regions
             or (
                 isinstance(joint, DRIVEN)
                 and all((joint.name, freedom) in driven for freedom in joint.freedoms)

@@ -67,8 +67,8 @@ def check_potentials(scene: Description) -> None:
             )
     if not scene.static:
         return
-    damped: list[Any] = [e for e in scene.force_elements if isinstance(e, JointStop)]
-    for contact in (*scene.contacts, *damped):
+    damped: tuple[Any, ...] = (*scene.contacts, *scene.force_elements)
+    for contact in damped:
         for what in ("relative_damping", "friction"):
             if getattr(contact, what, 0) > 0:
                 raise SceneError(

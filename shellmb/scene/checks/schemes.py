@@ -8,8 +8,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.description import Description
-from shellmb.scene.loads.supports import Driven, Fixed, at_rest, moves
-from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.loads.supports import Fixed, at_rest, moves
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import error_of, listed, refused, said, show
@@ -116,7 +115,7 @@ def check_linear(scene: Description) -> None:
         return
     scheme = f"with scheme '{scene.scheme_name}'"
     for joint in scene.joints:
-        if isinstance(joint, Contact):
+        if joint.rolls:
             raise SceneError(
                 f"{joint.said}: what rolls goes far, and {scheme} displacements are small; the "
                 "scheme must be another, as 'ep'"
@@ -124,8 +123,7 @@ def check_linear(scene: Description) -> None:
     for driver in scene.drivers:
         _small(scene, driver.rotation, f"driver '{driver.name}': rotation")
     for support in scene.supports:
-        if isinstance(support, Driven):
-            _small(scene, support.rotation, f"{said(support)}: rotation")
+        _small(scene, support.rotation, f"{said(support)}: rotation")
     for lock in scene.acting_locks:
         late = [start for start, _ in lock.active or () if start > 0]
         if lock.switch is not None:

@@ -15,7 +15,6 @@ from shellmb.scene.control.signals import (
     named_inputs,
 )
 from shellmb.scene.description import Description
-from shellmb.scene.multibody.elements import Motor
 from shellmb.scene.schemes import SCHEMES
 from shellmb.scene.values.validate import listed, refused, said, show
 
@@ -74,7 +73,7 @@ def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
             if isinstance(value, Signal):
                 yield value, f"{said(driver)}: {name}"
     for element in scene.force_elements:
-        if isinstance(element, Motor) and isinstance(element.command, Commanded):
+        if isinstance(element.command, Commanded):
             yield element.command, f"{said(element)}: command"
 
 

@@ -19,7 +19,6 @@ from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join
@@ -284,7 +283,7 @@ def check_reduced(scene: Description) -> None:
                     "moves it must be a Driver of a joint, and supports must hold it where it is"
                 )
     for joint in scene.joints:
-        if isinstance(joint, Contact) and {joint.first, joint.second} & modal.keys():
+        if joint.rolls and {joint.first, joint.second} & modal.keys():
             raise SceneError(
                 f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
                 "body or a beam with model='exact'"

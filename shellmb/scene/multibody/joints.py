@@ -17,7 +17,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import check_differ, described, frame, refused, show
+from shellmb.scene.values.validate import check_differ, described, error_of, frame, refused, show
 
 GROUND = "ground"
 
@@ -40,6 +40,9 @@ class Joint:
         freedoms: The relative coordinates that drivers and force elements may act on.
         observed: Further ones, which the history has and nothing acts on.
         shells: Whether a shell's node, which has no frame, will do as first and as second end.
+        along_edges: Whether it goes along edges of shells, and not from point to point.
+        of_regions: Whether its second end may be a region, all nodes of which it holds.
+        rolls: Whether it forbids velocities, and not places.
         along_scene: Whether its forces are reported along the scene's axes, as these turn with the
             first body, and not along its own.
     """
@@ -56,6 +59,9 @@ class Joint:
     freedoms: ClassVar[tuple[str, ...]] = ()
     observed: ClassVar[tuple[str, ...]] = ()
     shells: ClassVar[tuple[bool, bool]] = (False, False)
+    along_edges: ClassVar[bool] = False
+    of_regions: ClassVar[bool] = False
+    rolls: ClassVar[bool] = False
     along_scene: ClassVar[bool] = False
     label: ClassVar[str] = "joint"
 
@@ -197,6 +203,7 @@ class Weld(Joint):
     """
 
     shells = (False, True)
+    of_regions = True
 
 
 @described("distance joint")
@@ -211,6 +218,20 @@ class Distance(Joint):
     length: Positive | TimeFunction | None = field(default=None, kw_only=True)
 
     shells = (True, True)
+
+    def __post_init__(self) -> None:
+        """Check its ends.
+
+        Raises:
+            SceneError: If the second one is missing, or both are one place without a length.
+        """
+        super().__post_init__()
+        if self.second_at is None:
+            raise error_of(self, "second_at is missing; it must be the other end of the distance")
+        if self.second_at == self.at and (self.length is None or self.given):
+            where = "length is a function of time" if self.given else "no length is given"
+            both = f"at and second_at are both {show(self.at)}"
+            raise error_of(self, f"{both}; they must differ where {where}")
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:
@@ -306,6 +327,7 @@ class EdgeHinge(Joint):
 
     freedoms = ("rotation",)
     shells = (True, True)
+    along_edges = True
 
     def __post_init__(self) -> None:
         """Check what concerns the hinge alone.

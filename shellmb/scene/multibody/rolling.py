@@ -20,6 +20,8 @@ class Contact(Joint):
 
     normal: Axis = field(kw_only=True)
 
+    rolls = True
+
     def __post_init__(self) -> None:
         """Check what a contact cannot have.
 
