@@ -263,6 +263,8 @@ class Body:
             unknown themselves.
         vectors_at: Positions and directors at a state, by the parts that hold their changes, of
             directors "w"; None: it has no places.
+        sizes_at: Sizes of its section at positions (3, n) by their names in files, m; None: it has
+            no section.
     """
 
     kinematic: frozenset[str] = frozenset()
@@ -274,6 +276,7 @@ class Body:
     arms: Any = None
     follow: Callable[[Values], None] | None = None
     vectors_at: Callable[[Expr], Mapping[str, Sequence[Expr]]] | None = None
+    sizes_at: Callable[[Values], dict[str, Any]] | None = None
 
     def __init__(
         self,
@@ -332,10 +335,6 @@ class MassiveBody(Body):
     def node_positions(self) -> Values:
         """Reference positions of the local nodes (owned and ghost), shape (n, 3), m."""
         return self.mixed.nodes("u")
-
-    def sizes_at(self, x: Values) -> dict[str, Any]:
-        """Sizes of its section at positions (3, n) by their names in files, m."""
-        return {}
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""

@@ -74,6 +74,8 @@ class DrawnMesh(Drawn):
     def cell_data(self) -> dict[str, Floats]:
         """The thickness of a shell, the size of a beam's cross-section, m."""
         assert self.grid is not None
+        if self._body.sizes_at is None:
+            return {}
         ones = np.ones(len(self.grid.vtk_types))
         width = 1 + self.grid.vtk_cells[0]
         nodes = self.grid.vtk_cells.reshape(-1, width)[:, 1:]
