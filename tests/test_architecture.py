@@ -431,51 +431,6 @@ def test_schemes_answer_for_themselves() -> None:
                 assert not looked_at & {"push", "scaled"}, f"{module}, line {node.lineno}"
 
 
-# bodies, and what acts on them or joins them: each answers itself what it has, is and can
-ASKING = ("isinstance", "issubclass")
-KINDS = ("SceneBody", "Body", "Modal", "Joint", "Support", "Load", "Element", "Obstacle")
-# of so many places in each room the class of one of them is asked for: none may ask more often
-ASKED = {"scene": 11, "model": 55, "preprocessing": 6, "observers": 5, "diagnostics": 2}
-ASKED |= {"running": 13, "api": 2}
-
-
-def derived(roots: Iterable[str]) -> set[str]:
-    """Names of classes of the package that are derived from some, and of these."""
-    bases = {
-        node.name: {ast.unparse(base).split("[")[0].split(".")[-1] for base in node.bases}
-        for module in MODULES
-        if layer(module) not in (None, "demos")
-        for node in parsed(module)
-        if isinstance(node, ast.ClassDef)
-    }
-    found, more = set[str](), set(roots)
-    while more:
-        found |= more
-        more = {name for name, of in bases.items() if of & found} - found
-    return found
-
-
-def test_kinds_answer_for_themselves() -> None:
-    """Nobody asks of what class a body, joint, support, load or element of force is."""
-    kinds, found = derived(KINDS), dict[str, list[str]]()
-    for module in (m for m in MODULES if layer(m) not in (None, "demos")):
-        for node in parsed(module):
-            asked: ast.AST | None = node.cls if isinstance(node, ast.MatchClass) else None
-            if isinstance(node, ast.Call) and ast.unparse(node.func) in (
-                "isinstance",
-                "issubclass",
-            ):
-                asked = node.args[1]
-            elif isinstance(node, ast.Compare) and ast.unparse(node.left).startswith("type("):
-                asked = node.comparators[0]
-            names = ast.walk(asked) if asked is not None else ()
-            if {getattr(n, "attr", getattr(n, "id", "")) for n in names} & kinds:
-                line = getattr(node, "lineno", asked.lineno)
-                found.setdefault(str(layer(module)), []).append(f"{module}, line {line}")
-    more = {room: places for room, places in found.items() if len(places) > ASKED.get(room, 0)}
-    assert not more, "\n".join(place for places in more.values() for place in places)
-
-
 def test_no_circles() -> None:
     arrows = {m: {n for n in imports(m) if n in MODULES and n != m} for m in MODULES}
     # raises CycleError, which names the modules
