@@ -176,7 +176,7 @@ class Fixed(Support):
 
     @property
     def still(self) -> Support:
-        """The components, held where they are."""
+        """The components, fixed where they are."""
         both = {"displacement": self.displacement, "director": self.director}
         zeros: Any = {n: [None if c is None else 0.0 for c in some] for n, some in both.items()}
         return replace(self, **zeros)
