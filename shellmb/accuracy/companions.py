@@ -8,7 +8,6 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.checks.schemes import corners
-from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.probes import RESULTANTS
 
 # tolerances by which steps are chosen go with this power of what would be the step
@@ -142,7 +141,7 @@ def prefers_degree(scene: Scene) -> bool:
     Args:
         scene: The scene.
     """
-    at_points = any(isinstance(load, PointLoad) for load in scene.loads)
+    at_points = any(load.at_point for load in scene.loads)
     return elements_of(scene) > SMALL and not (at_points or scene.joints or scene.glues)
 
 

@@ -259,7 +259,12 @@ class Body:
         slowing: Rate of its damping in proportion to the mass, 1/s; None without any.
         manifold: Directors of the body.
         arms: Arms from a frame at whose ends forces act on it, shape (n, 3), m; None: none.
-        follows: Whether its places follow from other bodies, see `follow`.
+        follow: Finds its places in a local state from what it shares with others; None: they are
+            unknown themselves.
+        vectors_at: Positions and directors at a state, by the parts that hold their changes, of
+            directors "w"; None: it has no places.
+        sizes_at: Sizes of its section at positions (3, n) by their names in files, m; None: it has
+            no section.
     """
 
     kinematic: frozenset[str] = frozenset()
@@ -268,8 +273,10 @@ class Body:
     damping: Any = None
     slowing: fem.Constant | None = None
     manifold: Manifold = Manifold()
-    follows: bool = False
     arms: Any = None
+    follow: Callable[[Values], None] | None = None
+    vectors_at: Callable[[Expr], Mapping[str, Sequence[Expr]]] | None = None
+    sizes_at: Callable[[Values], dict[str, Any]] | None = None
 
     def __init__(
         self,
@@ -294,16 +301,6 @@ class Body:
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`; None if massless."""
         return None
-
-    def follow(self, q: Values) -> None:
-        """Find its places in a local state from what it shares with other bodies."""
-
-    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
-        """Positions and directors at a state, by the parts that hold their changes.
-
-        Directors are the part "w".
-        """
-        return {}
 
     def loads(self) -> LoadFactors | None:
         """A new set of the body's loads, for one stage; None without loads."""
@@ -339,10 +336,6 @@ class MassiveBody(Body):
         """Reference positions of the local nodes (owned and ghost), shape (n, 3), m."""
         return self.mixed.nodes("u")
 
-    def sizes_at(self, x: Values) -> dict[str, Any]:
-        """Sizes of its section at positions (3, n) by their names in files, m."""
-        return {}
-
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
         return self.inertia(v, rigid_rate(self, v, lambda vector: 0 * vector, axis))
@@ -368,9 +361,9 @@ def rigid_rate(
         shift: Added to the rates of positions, shape (3,).
         about: Point that positions are seen from, shape (3,), m; None: the origin.
     """
-    places, parts = body.vectors_at(q), body.mixed.parts
-    if not places:
+    if body.vectors_at is None:
         return 0 * q
+    places, parts = body.vectors_at(q), body.mixed.parts
     components: list[Expr] = [ufl.as_ufl(0.0)] * sum(size for _, size in parts.values())
     for part, vectors in places.items():
         first, place = parts[part][0], part != "w"

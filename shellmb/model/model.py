@@ -44,7 +44,6 @@ from shellmb.model.supports.supports import SupportRows, refuse_idle_loads
 from shellmb.model.unknowns import aliases, resolve_links
 from shellmb.model.user_bodies.placed import build_own_bodies
 from shellmb.scene import Beam, Scene, Shell
-from shellmb.scene.loads.loads import Gravity, PointLoad
 from shellmb.scene.multibody.joints import GROUND
 
 # times, in parts of the run, at which what supports prescribe is compared: its ends, and times
@@ -248,7 +247,7 @@ class Model:
         found: list[Distributed] = [
             load
             for load in self.scene.loads
-            if not isinstance(load, PointLoad) and body in self.scene.bodies_of(load)
+            if not load.at_point and body in self.scene.bodies_of(load)
         ]
         return found if body.natural is None else [*found, body.natural]
 
@@ -275,9 +274,7 @@ class Model:
         if not nodes:
             return None
         gravity = [
-            (load, frozenset(body.name for body in scene.bodies_of(load)))
-            for load in scene.loads
-            if isinstance(load, Gravity)
+            (load, frozenset(body.name for body in scene.bodies_of(load))) for load in scene.weights
         ]
         return RigidBodies(scale, nodes, not scene.static, gravity)
 

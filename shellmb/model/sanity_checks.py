@@ -31,7 +31,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.joints import GROUND, EdgeHinge
+from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.units import parse_units
 from shellmb.scene.values.validate import as_names
 
@@ -230,12 +230,11 @@ def _scale(scene: Scene) -> tuple[str, str] | None:
     names = parse_units(scene.units).names
     if names and names[0] in LENGTHS and names[2] in TIMES:
         return names[0], names[2]
-    for load in scene.loads:
-        if isinstance(load, Gravity):
-            g = math.hypot(*load.acceleration)
-            for earth, units in EARTH.items():
-                if abs(g / earth - 1) < 0.01:
-                    return units
+    for load in scene.weights:
+        g = math.hypot(*load.acceleration)
+        for earth, units in EARTH.items():
+            if abs(g / earth - 1) < 0.01:
+                return units
     return None
 
 
@@ -395,7 +394,7 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     edges: Sets = {}
     joined: Sets = {}
     linked: Sets = {}
-    hinges = [j for j in scene.joints if isinstance(j, EdgeHinge)]
+    hinges = [j for j in scene.joints if j.along_edges]
     along: list[Any] = [*scene.joins, *hinges]
     for item in along:
         for mine in _named(item.at):

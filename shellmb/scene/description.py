@@ -133,6 +133,11 @@ class Description:
         return (*self.shells, *self.beams)
 
     @property
+    def weights(self) -> tuple[Gravity, ...]:
+        """The loads that are weights."""
+        return tuple(load for load in self.loads if isinstance(load, Gravity))
+
+    @property
     def prescribed(self) -> list[tuple[Any, str, Any]]:
         """Parts that move or grow as given, each with a name, and a number, a function or None."""
         parts: tuple[Any, ...] = (*self.volumes, *self.supports, *self.drivers)

@@ -13,7 +13,6 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import NONE
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales
-from shellmb.scene.loads.loads import Gravity
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.inertia import Inertia
 from shellmb.system.direct.mumps import new_prefix
@@ -248,6 +247,6 @@ def shift_below(model: Model, loaded: bool) -> float:
     found += [float(np.min(data.omega2)) / SHIFT for data in model.modal]
     if not found:
         # rigid bodies swing by their weight, or by springs of whatever stiffness
-        weights = [w for w in model.scene.loads if loaded and isinstance(w, Gravity)]
+        weights = model.scene.weights if loaded else ()
         found = [float(np.linalg.norm(w.acceleration)) / model.length for w in weights] or [1.0]
     return -SHIFT * min(found)

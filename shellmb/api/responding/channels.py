@@ -27,7 +27,7 @@ from shellmb.observers.forces.joints import Span, column_names, joints_of, parts
 from shellmb.observers.probes import linear, places_of, spot_of
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
-from shellmb.scene import Driven, Fixed, Gravity, Motor, Probe, Scene
+from shellmb.scene import Gravity, Motor, Probe, Scene
 from shellmb.scene.control.signals import Commanded, Input
 
 AXES = "xyz"
@@ -124,7 +124,7 @@ def without_commands(scene: Scene, control: Mapping[str, Any] | None = None) -> 
         for output, value in sampler["outputs"].items():
             signals.command(0.0, (controller.name, output), value)
 
-    def commanded(motor: Motor) -> Motor:
+    def commanded(motor: Any) -> Any:
         return replace(motor, command=Input(motor.name, signals.held(motor.command)))
 
     def timed(load: Any) -> Any:
@@ -141,8 +141,7 @@ def without_commands(scene: Scene, control: Mapping[str, Any] | None = None) -> 
     return replace(
         scene,
         force_elements=tuple(
-            commanded(e) if isinstance(e, Motor) and e.command is not None else e
-            for e in scene.force_elements
+            e if e.command is None else commanded(e) for e in scene.force_elements
         ),
         loads=tuple(timed(e) if isinstance(e.time, Commanded) else e for e in scene.loads),
         controllers=(),
@@ -202,17 +201,17 @@ def with_inputs(
         replace(d, **{k: new(f"{d.name}.{k}", getattr(d, k)) for k in d.coordinates})  # type: ignore[arg-type]
         for d in scene.drivers
     ]
-    supports: list[Any] = []
-    for k, support in enumerate(scene.supports, start=1):
-        if isinstance(support, Driven):
+    supports: list[Any] = list(scene.supports)
+    for k, support in enumerate(supports, start=1):
+        if support.rotation is not None or support.translation is not None:
             parts: dict[str, Any] = {}
             if support.rotation is not None:
                 parts["rotation"] = new(f"support{k}.rotation", support.rotation)
             if support.translation is not None:
                 moved = [new(f"support{k}.{axis}") for axis in AXES]
                 parts["translation"] = _moved(support.translation, moved)
-            supports.append(replace(support, **parts))
-        elif isinstance(support, Fixed):
+            supports[k - 1] = replace(support, **parts)
+        elif support.given:
             parts = {
                 part: tuple(
                     new(f"support{k}.{prefix}{axis}", c) if callable(c) else c
@@ -220,9 +219,7 @@ def with_inputs(
                 )
                 for part, prefix in (("displacement", ""), ("director", "director."))
             }
-            supports.append(replace(support, **parts))
-        else:
-            supports.append(support)
+            supports[k - 1] = replace(support, **parts)
     changed = replace(
         scene,
         loads=(*loads, *base),

@@ -25,8 +25,8 @@ from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.preprocessing.modal.tangent import bending_scales
 from shellmb.scene import Scene
-from shellmb.scene.loads.loads import PointForce, PointLoad, SurfaceForce
-from shellmb.scene.loads.supports import Clamped, Driven, Fixed, Support, at_rest
+from shellmb.scene.loads.loads import PointForce, SurfaceForce
+from shellmb.scene.loads.supports import at_rest
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
@@ -155,7 +155,8 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     if scene.static:
         found = _beside(simulation, lambda: scene.with_options(**still), False)
     if found is None and scene.supports and (scene.static or len(flat) < len(shells)):
-        held = partial(replace, scene, supports=tuple(map(_held, scene.supports)), assemble=False)
+        still_there = tuple(s.still for s in scene.supports)
+        held = partial(replace, scene, supports=still_there, assemble=False)
         found = _beside(simulation, lambda: held().with_options(**still), False)
     shape = partial(_shaped, simulation, states)
     if found is None:
@@ -213,17 +214,6 @@ def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> 
     return None
 
 
-def _held(support: Support) -> Support:
-    """A support that holds where it is what it holds elsewhere or moves."""
-    if isinstance(support, Driven):
-        return Clamped(support.at, support.body)
-    if not isinstance(support, Fixed):
-        return support
-    both = {"displacement": support.displacement, "director": support.director}
-    zeros: Any = {name: [None if c is None else 0.0 for c in some] for name, some in both.items()}
-    return replace(support, **zeros)
-
-
 def _extrapolated(runs: Sequence[Simulation], name: str) -> float:
     """Error of a shell in the first of three runs, by energies; collective."""
     energies = [energy_of(run, name)() for run in runs]
@@ -233,8 +223,7 @@ def _extrapolated(runs: Sequence[Simulation], name: str) -> float:
 def _points(simulation: Simulation, name: str) -> list[bool]:
     """Decide of each support of a shell, and each load at one place, whether it is at a point."""
     scene, points = simulation.scene, simulation.model.shells[name].surface_mesh.points
-    every: list[Support | PointLoad] = [*scene.supports]
-    every += [load for load in scene.loads if isinstance(load, PointLoad)]
+    every: list[Any] = [*scene.supports, *(load for load in scene.loads if load.at_point)]
     places = [each.at for each in every if scene.bodies_of(each)[0].name == name]
     return [
         at in points or not isinstance(at, str | tuple) or not isinstance(at[0], str)
@@ -276,7 +265,7 @@ def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
         step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
     scheme = "linear-statics" if scene.static else "linear-dynamics"
     kept = {name: getattr(scene, name) for name in KEPT}
-    kept["supports"] = tuple(map(_held, scene.supports))
+    kept["supports"] = tuple(s.still for s in scene.supports)
     return Scene(scene.name, **kept, loads=loads, scheme=scheme, dt=step, t_end=step)
 
 

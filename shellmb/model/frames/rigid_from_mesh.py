@@ -30,7 +30,6 @@ from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.loads.loads import FollowerForce, FollowerMoment, Load, PointForce, PointMoment
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import (
-    EdgeHinge,
     FramedHinge,
     Joint,
     Revolute,
@@ -107,7 +106,7 @@ def ended(item: Any, meshes: RigidMeshes) -> Any:
         at: place_of(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
     }
     mesh = meshes.get(getattr(item, "second", ""))
-    along = mesh is not None and mesh.described.directors == 1 and isinstance(item, Weld)
+    along = mesh is not None and mesh.described.directors == 1 and item.of_regions
     if mesh is not None and along and isinstance(item.second_at, str):
         # two rigid bodies: any point of both will do
         x = shared_nodes(mesh, item.second_at, said(item)).x[0]
@@ -356,7 +355,7 @@ def about_director(
     )
 
 
-def hinged(joint: Joint, framed: Container[str], meshes: SceneMeshes) -> Joint:
+def hinged(joint: Any, framed: Container[str], meshes: SceneMeshes) -> Joint:
     """A hinge of edges of shells that frames move: on these, or a revolute joint without others.
 
     Args:
@@ -369,7 +368,7 @@ def hinged(joint: Joint, framed: Container[str], meshes: SceneMeshes) -> Joint:
     """
     ends = {joint.first: joint.at, joint.second: joint.second_at}
     moved = [name for name in ends if name in framed]
-    if not isinstance(joint, EdgeHinge) or not moved:
+    if not joint.along_edges or not moved:
         return joint
     both = [meshes.shell(name) for name in ends]
     first, second = both

@@ -34,7 +34,7 @@ from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints
-from shellmb.scene.multibody.joints import Joint, Weld
+from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.values.validate import show
 
 FindEnd = Callable[[str, Any, str], End]
@@ -287,7 +287,7 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
         comm: Communicator.
         joints: The joints.
     """
-    gravity = [load for load in scene.loads if isinstance(load, Gravity) and load.body is None]
+    gravity = [load for load in scene.weights if load.body is None]
     if scene.static and not gravity:
         return []
     groups: dict[int, list[tuple[End, float]]] = {}
@@ -312,14 +312,14 @@ def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[Boun
         SceneError: If there is no such place, or a joint along a region has a mass.
     """
     where = joint.second_at
-    if isinstance(joint, Weld) and isinstance(where, str) and joint.second in shells:
+    if joint.of_regions and isinstance(where, str) and joint.second in shells:
         body = shells[joint.second]
         if where in body.domain.regions:
             return _bind_region(joint, where, body, find)
     return [bind_joint(joint, find)]
 
 
-def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[BoundJoint]:
+def _bind_region(joint: Joint, region: str, body: Meshed, find: FindEnd) -> list[BoundJoint]:
     if joint.mass:
         raise SceneError(
             f"{joint.said}: mass is {joint.mass:g}; it must be 0 along an edge or an area, where "

@@ -51,7 +51,7 @@ from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.joints import Contact, EdgeHinge, Screw
+from shellmb.scene.multibody.joints import Screw
 
 # a driver's motion begins where the joint is, to this part of what is large for its coordinate
 AT_START = 1e-9
@@ -101,14 +101,15 @@ class Mechanism:
         self._scene, self._scale = scene, scale
         self.joints: dict[str, BoundJoint] = {}
         plain: list[BoundJoint] = []
-        edges = [joint for joint in scene.joints if isinstance(joint, EdgeHinge)]
+        joints: tuple[Any, ...] = scene.joints
+        edges = [joint for joint in joints if joint.along_edges]
         hinges, self.edges = bind_hinges(edges, find, shells, scale, not scene.static)
-        for joint in scene.joints:
-            if isinstance(joint, Contact):
+        for joint in joints:
+            if joint.rolls:
                 self.joints[joint.name] = bind_contact(joint, find, scale.length)
                 continue
-            of_edges = isinstance(joint, EdgeHinge)
-            bound = hinges[joint.name].nodes if of_edges else bind(joint, find, shells)
+            hinge = hinges.get(joint.name)
+            bound = bind(joint, find, shells) if hinge is None else hinge.nodes
             self.joints[joint.name] = bound[0]
             plain += bound
         switched = frozenset(j.name for j in scene.joints if j.active is not None)
@@ -248,7 +249,7 @@ class Mechanism:
             joint_coordinate(self.joints[name], kind)
             for name, kind in keys
             # that of a hinge of edges is there anyway
-            if not isinstance(self.joints[name].joint, EdgeHinge)
+            if not self.joints[name].joint.along_edges
         ]
         for element in scene.point_elements:
             who = f"{element.label} '{element.name}'"

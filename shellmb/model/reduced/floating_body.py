@@ -195,8 +195,6 @@ class OnArms(OnFrame):
 class InertiaPoints(OnArms):
     """Points with mass at places that modes and frame tell: the inertia of the modes."""
 
-    follows = True
-
     def __init__(self, body: Modes, scale: Scale) -> None:
         data = body.data
         table = np.concatenate(

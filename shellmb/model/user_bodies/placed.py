@@ -174,12 +174,11 @@ def build_own_bodies(scene: Scene, comm: MPI.Comm) -> tuple[list[OwnBody], dict[
         scene: The scene.
         comm: Communicator of the model.
     """
-    weights = [load for load in scene.loads if isinstance(load, Gravity)]
     found: list[OwnBody] = []
     placed: dict[str, PlacedBody] = {}
     for described in scene.own_bodies:
         if described.placed:
             body = placed[described.name] = described.again(comm, PlacedBody)
-            body.gravity = tuple(w for w in weights if described in scene.bodies_of(w))
+            body.gravity = tuple(w for w in scene.weights if described in scene.bodies_of(w))
         found.append(placed.get(described.name) or described.again(comm, OwnBody))
     return found, placed

@@ -15,7 +15,6 @@ from shellmb.observers.fields.by_section import layup
 from shellmb.observers.fields.modal import readable, resultants_of
 from shellmb.observers.fields.through import SIDES, NodalResultants, PlyState, ply_rows, ply_state
 from shellmb.scene import Reserve, Shell
-from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.lookup import said
 from shellmb.scene.shells.strength import CRITERIA, MOST
 from shellmb.simulate.simulation import BaseObserver, Simulation
@@ -176,7 +175,7 @@ class Reserves(BaseObserver):
                 )
             self.judged.append((each, chosen, nodes[chosen] + 0.0))
             for load in scene.loads:
-                if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
+                if load.at_point and shell in scene.bodies_of(load):
                     self._loads[shell.name].append((load.label, _places(body, load)))
         dynamic = simulation.scheme.dynamic
         self._rows = {n: ply_rows(b.shell, layup(b, dynamic)) for n, (b, _) in bodies.items()}
@@ -245,7 +244,7 @@ class Reserves(BaseObserver):
         return {"reserves": found} if found else {}
 
 
-def _places(body: ShellModel, load: PointLoad) -> Floats:
+def _places(body: ShellModel, load: Any) -> Floats:
     """Nodes of the elements that a point load acts on, shape (n, 3); collective."""
     space = body.mixed.subspaces["u"]
     cells = np.asarray(space.dofmap.list)

@@ -67,7 +67,7 @@ def drawn_mesh(body: Any, nodes: ModalNodes | FixedPoints | None = None) -> Draw
 
 def _sizes(body: Any, grid: Grid | None) -> dict[str, Floats]:
     """The thickness of a shell, the size of a beam's cross-section, m."""
-    if grid is None:
+    if grid is None or body.sizes_at is None:
         return {}
     ones = np.ones(len(grid.vtk_types))
     nodes = grid.vtk_cells.reshape(len(ones), -1)[:, 1:]

@@ -98,7 +98,7 @@ class Motions:
     def __init__(self, model: Model) -> None:
         self.model, self._comm = model, model.comm
         self._unknowns = Unknowns(model.bodies, model.comm)
-        placed = [body for body in model.scene.bodies if getattr(body, "placed", True)]
+        placed = [body for body in model.scene.bodies if body.placed]
         self.blocks = {body.name: k for k, body in enumerate(placed)}
         self.frames = {name: self._frame(name) for name in self.blocks}
         self._first: dict[str, int] = {}

@@ -29,7 +29,6 @@ from shellmb.preprocessing.constraint_analysis.rows import (
     looped,
 )
 from shellmb.scene.lookup import listed
-from shellmb.scene.multibody.joints import EdgeHinge
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
 # far above round-off, far below the angle between independent constraints of a sound mechanism
@@ -244,7 +243,7 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
             )
     counts: dict[str, int] = {}
     # hinges of edges leave out by themselves what supports and, at corners, one another imply
-    hinges = [j for j in model.scene.joints if isinstance(j, EdgeHinge)]
+    hinges = [j for j in model.scene.joints if j.along_edges]
     named = {hinge.name for hinge in hinges}
     of_edges = [item for item in redundant if item.row.owner in named]
     redundant = [item for item in redundant if item.row.owner not in named]

@@ -23,13 +23,12 @@ from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.preprocessing.modal.basis import Attachment, ReducedBody
 from shellmb.preprocessing.modal.supports import stays_rigid
-from shellmb.scene import Gravity, RigidBody, Scene
+from shellmb.scene import RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.whole import groups_of
-from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, Weld
+from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
@@ -194,7 +193,7 @@ class _Reduction:
             label = getattr(item, "name", who)
             if where is None:
                 where = first if first is not None else self.point(item.first, None, who)
-            region = isinstance(item, Weld) and at == "second_at" and self._region(name, where)
+            region = item.of_regions and at == "second_at" and self._region(name, where)
             changes[body] = self._frame(name, where, who, label).frame.name
             # a region follows the frame as a whole, at the place of the first body
             changes[at] = first if region else self.point(name, where, who)
@@ -209,13 +208,13 @@ class _Reduction:
 
     def joint(self, joint: Joint) -> Joint:
         """A joint with its ends at frames."""
-        if isinstance(joint, EdgeHinge):
+        if joint.along_edges:
             return self._edge_hinge(joint)
         turned = about_director(joint, self._scene, self.group, self.mesh)
         moved: Joint = self.ends(turned, joint.said)
         return moved
 
-    def _edge_hinge(self, joint: EdgeHinge) -> Joint:
+    def _edge_hinge(self, joint: Joint) -> Joint:
         """A hinge of edges on the frames that these move with."""
         frames: dict[str, Any] = {}
         for body, at in BOTH:
@@ -266,7 +265,7 @@ class _Reduction:
 
     def load(self, load: Any) -> Any:
         """A load at a point acts on the frame there, gravity on the floating frame."""
-        if isinstance(load, Gravity):
+        if load.weighs:
             return self.on_frame(load)
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
@@ -277,14 +276,14 @@ class _Reduction:
 
     def spread(self, load: Any) -> Any:
         """A load that is distributed over a shell or beam, with its name; None: another one."""
-        if isinstance(load, PointLoad) or (isinstance(load, Gravity) and load.body is None):
+        if load.at_point or (load.weighs and load.body is None):
             return None
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
             return None
         isolated = list(self.group.values()).count(self.group[target.name]) == 1
         # the weight of all of the body acts on its frame
-        return None if isinstance(load, Gravity) and isolated else replace(load, body=target.name)
+        return None if load.weighs and isolated else replace(load, body=target.name)
 
     def touched(self, group: tuple[str, ...]) -> dict[str, tuple[str, Any, str]]:
         """Points on which potentials and contacts act, as in `ModalBody`."""

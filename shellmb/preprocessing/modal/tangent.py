@@ -10,7 +10,7 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.model.body import Body, TimeFunction, added
+from shellmb.model.body import TimeFunction, added
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
@@ -40,7 +40,7 @@ def tangent(
     """
     fields: list[Field] = []
     followers: list[DependentFunctions] = []
-    absent: list[tuple[Body, Floats]] = []
+    absent: list[tuple[Callable[[Floats], None], Floats]] = []
     stiffness: Blocks = {}
     alone: list[list[Form]] = []
     mass: Blocks = {}
@@ -48,8 +48,8 @@ def tangent(
     for k, body in enumerate(model.bodies):
         space = body.mixed.space
         q = fem.Function(space)
-        if arrays and f"{body.name}/q" not in arrays and body.follows:
-            absent.append((body, np.asarray(q.x.array)))
+        if arrays and f"{body.name}/q" not in arrays and body.follow is not None:
+            absent.append((body.follow, np.asarray(q.x.array)))
         elif arrays:
             q.x.array[:] = arrays[f"{body.name}/q"]
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
@@ -75,8 +75,8 @@ def tangent(
         stiffness[k, k] = [by for form in some for j, by in system.derivatives(form) if j == k]
     if absent:
         system.join([array.copy() for array in system.arrays])
-        for points, state in absent:
-            points.follow(state)
+        for follow, state in absent:
+            follow(state)
     system.follow()
     return system, stiffness, mass
 

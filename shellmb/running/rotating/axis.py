@@ -12,7 +12,6 @@ from shellmb.scene import (
     GROUND,
     Cylindrical,
     Distance,
-    Driven,
     InPlane,
     JointDamper,
     JointSpring,
@@ -24,7 +23,6 @@ from shellmb.scene import (
 )
 from shellmb.scene.lookup import said, small_strains
 from shellmb.scene.multibody.elements import JointElement, PointElement
-from shellmb.scene.multibody.joints import Contact
 from shellmb.scene.values.validate import show
 
 # directions and points closer than this, of unit vectors and of what is large, are on the axis
@@ -127,8 +125,9 @@ def _axes_of_parts(scene: Scene) -> Iterator[tuple[Any, Any]]:
             spin, linear = np.asarray(initial.spin), np.asarray(initial.linear)
             shift = np.cross(spin, linear) / np.dot(spin, spin)
             yield initial.spin, np.asarray(initial.about) + shift
-    for support in scene.supports:
-        if isinstance(support, Driven) and support.rotation is not None:
+    supports: tuple[Any, ...] = scene.supports
+    for support in supports:
+        if support.rotation is not None:
             yield support.axis, support.about
     for driver in scene.drivers:
         joint: Any = scene.joint(driver.joint)
@@ -138,8 +137,9 @@ def _axes_of_parts(scene: Scene) -> Iterator[tuple[Any, Any]]:
 
 def bearing(scene: Scene) -> Axis | None:
     """The axis of the first driven edge or bearing to ground; None without any."""
-    for support in scene.supports:
-        if isinstance(support, Driven) and support.rotation is not None:
+    supports: tuple[Any, ...] = scene.supports
+    for support in supports:
+        if support.rotation is not None:
             return Axis(support.axis, support.about)
     for joint in scene.joints:
         if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
@@ -198,7 +198,7 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
             "steady rotation has no such constraints, leave it out"
         )
     for joint in scene.joints:
-        if isinstance(joint, Contact):
+        if joint.rolls:
             raise SceneError(
                 f"modes: {joint.said} rolls on ground or slips; a steady rotation about an axis "
                 "has no such contacts, leave it out"
@@ -214,21 +214,21 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
         )
     for element in scene.force_elements:
         _check_element(scene, element, axis, size)
-    for support in scene.supports:
-        if isinstance(support, Driven):
-            if support.translation is not None:
-                raise SceneError(
-                    f"modes: {said(support)} {show(support.at)} has a translation; where all "
-                    "turns steadily it must have a rotation only"
-                )
-            if support.rotation is not None and not (
-                axis.along(support.axis) and axis.has(support.about, size)
-            ):
-                raise SceneError(
-                    f"modes: {said(support)} {show(support.at)} turns about "
-                    f"{show(support.axis)} through {show(support.about)}; it must turn about "
-                    f"{show(axis.axis)} through {show(axis.about)}, as the scene does"
-                )
+    supports: tuple[Any, ...] = scene.supports
+    for support in supports:
+        if support.translation is not None:
+            raise SceneError(
+                f"modes: {said(support)} {show(support.at)} has a translation; where all "
+                "turns steadily it must have a rotation only"
+            )
+        if support.rotation is not None and not (
+            axis.along(support.axis) and axis.has(support.about, size)
+        ):
+            raise SceneError(
+                f"modes: {said(support)} {show(support.at)} turns about "
+                f"{show(support.axis)} through {show(support.about)}; it must turn about "
+                f"{show(axis.axis)} through {show(axis.about)}, as the scene does"
+            )
     for load in scene.loads if loaded else ():
         for name in ("force", "acceleration", "moment"):
             vector = getattr(load, name, None)
@@ -298,7 +298,7 @@ def held(scene: Scene) -> Scene:
         return replace(item, rotation=_still(item.rotation))
 
     drivers = tuple(still(d, _grounded(scene.joint(d.joint))) for d in scene.drivers)
-    supports = tuple(still(s, isinstance(s, Driven)) for s in scene.supports)
+    supports = tuple(still(s, True) for s in scene.supports)
     return replace(scene, drivers=drivers, supports=supports, initial=(), start="given")
 
 

@@ -33,9 +33,8 @@ from shellmb.running.rotating.rigid import (
     spinning,
     unsteady_part,
 )
-from shellmb.scene import Driven, JointDamper, Motor, Scene
+from shellmb.scene import JointDamper, Motor, Scene
 from shellmb.scene.lookup import listed, said
-from shellmb.scene.multibody.joints import Contact
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.validate import show
 from shellmb.schemes.base import Levels
@@ -116,6 +115,8 @@ class StateFrame(RotatingFrame):
     def _along(self, q: Expr, rate: Expr) -> Expr:
         """The rate that a neighbouring state has: along its own directors that of the state."""
         body = self.body
+        if body.vectors_at is None:
+            return rate
         here, there = (body.vectors_at(at).get("w", ()) for at in (self._state, q))
         if len(here) != 3:
             return rate
@@ -230,11 +231,11 @@ class MovingState(Linearised):
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
-        points = [b for b in model.bodies if b.follows]
-        if points and f"{points[0].name}/q" not in arrays:
+        points = {b.name: b.follow for b in model.bodies if b.follow is not None}
+        if any(f"{name}/q" not in arrays for name in points):
             self.relaxation.joined()
-            for body in points:
-                body.follow(q[body.name].x.array)
+            for name, follow in points.items():
+                follow(q[name].x.array)
         moved = self.relaxation.step(self.relaxation.tau, 1.0)
         if not moved < BALANCED:
             raise ConvergenceError(
@@ -276,7 +277,7 @@ def check_state(scene: Scene, scheme: str) -> None:
             "part of the linearised equations; its states have modes without them only"
         )
     for joint in scene.joints:
-        if isinstance(joint, Contact):
+        if joint.rolls:
             raise SceneError(
                 f"modes: {joint.said} rolls on ground or slips; states with such contacts have no "
                 "modes here"
@@ -309,7 +310,7 @@ def _motion(
     problem = Problem(model, make_scheme(SIMPLEST, 0.0)) if dynamic else None
     for body in model.bodies:
         given = arrays.get(f"{body.name}/q")
-        if given is None and not dynamic and body.follows:
+        if given is None and not dynamic and body.follow is not None:
             # it follows from modes and frames
             continue
         if given is None or given.shape != q[body.name].x.array.shape:
@@ -385,7 +386,7 @@ def _frame(
 def _check_turns(scene: Scene, line: Axis) -> None:
     """Check that all of a scene turns along, as it is held in space."""
     for support in scene.supports:
-        if not isinstance(support, Driven):
+        if support.rotation is None and support.translation is None:
             place = getattr(support, "at", "")
             raise SceneError(
                 f"modes: {said(support)} {show(place)} is fixed in space and does not rotate "

@@ -9,8 +9,6 @@ from shellmb.errors import SceneError, warn
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Description
 from shellmb.scene.initial import FromMode
-from shellmb.scene.loads.loads import Gravity
-from shellmb.scene.loads.supports import Driven
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.scene.values.user_functions import on_trial
 from shellmb.scene.values.validate import Sentences, listed, said, show
@@ -80,7 +78,7 @@ def _degrees(scene: Description) -> tuple[str, ...]:
         if getattr(spring, "joint", None) and scene.coordinates_of(spring)[0] == "rotation":
             angles = (getattr(spring, name, None) for name in ("rest", "lower", "upper"))
             found += [(said(spring), angle) for angle in angles]
-    driven: list[Any] = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
+    driven: list[Any] = [(s, s.rotation) for s in scene.supports]
     driven += [(driver, driver.rotation) for driver in scene.drivers]
     for item, rotation in driven:
         # on a path it has the load factor, whose end is not that of time
@@ -132,9 +130,7 @@ def _idle_alpha(scene: Description) -> tuple[str, ...]:
 def _weights(scene: Description) -> tuple[str, ...]:
     """In statics bodies need no mass, except under gravity; warns where some have none."""
     found = []
-    for load in scene.loads:
-        if not isinstance(load, Gravity):
-            continue
+    for load in scene.weights:
         light = [body for body in scene.bodies_of(load) if not body.mass_given > 0]
         if len(light) == len(scene.bodies_of(load)):
             raise SceneError(

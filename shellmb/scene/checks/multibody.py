@@ -14,17 +14,14 @@ from shellmb.scene.lookup import connected
 from shellmb.scene.multibody.elements import Driver, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
-    Contact,
     Cylindrical,
     Distance,
-    EdgeHinge,
     Joint,
     Prismatic,
     Revolute,
     Rolling,
     Screw,
     ShellRevolute,
-    Weld,
 )
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.probes import MOTIONS
@@ -46,7 +43,7 @@ def joint_rules(scene: Description, joint: Joint) -> Sentences:
     """
     first = scene.end(joint.first, joint.said)
     second = scene.end(joint.second, joint.said)
-    if isinstance(joint, EdgeHinge):
+    if joint.along_edges:
         yield from _edge_hinge(joint, {"first": first, "second": second})
         return
     pairs = zip((first, second), joint.shells, ("first", "second"), strict=True)
@@ -57,8 +54,8 @@ def joint_rules(scene: Description, joint: Joint) -> Sentences:
                 "rigid body or a beam, connected to it by a Weld or, to a shell, a ShellRevolute "
                 "joint or an EdgeHinge along its edge"
             )
-    along = second.region_names if isinstance(joint, Weld) else ()
-    if isinstance(joint, Weld) and not second.directors and joint.second_at not in along:
+    along = second.region_names if joint.of_regions else ()
+    if joint.of_regions and not second.directors and joint.second_at not in along:
         known = f"a region of {said(second)}: {listed(along) or 'none'}"
         yield "second_at", f"it must be {known}, because its nodes carry no moment"
     if isinstance(joint, ShellRevolute) and second.directors != 1:
@@ -69,29 +66,23 @@ def joint_rules(scene: Description, joint: Joint) -> Sentences:
         yield f"at is missing; it must be given where the first body is {said(first)}"
     if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
-    elif isinstance(joint, Distance):
-        yield "second_at is missing; it must be the other end of the distance"
     elif isinstance(joint, Rolling) and not second.single:
         centre = f"the centre of the wheel where the second body is {said(second)}"
         yield f"second_at is missing; it must be {centre}"
-    if isinstance(joint, Distance) and joint.second_at == joint.at:
-        if joint.length is None or joint.given:
-            where = "length is a function of time" if joint.given else "no length is given"
-            yield f"at and second_at are both {show(joint.at)}; they must differ where {where}"
     for start, end in joint.active or ():
         if start < 0 or start >= scene.t_end:
             yield (
                 f"active has the window ({start:g}, {end:g}); it must begin between 0 and the "
                 f"scene's end {scene.t_end:g}"
             )
-    if isinstance(joint, Contact) and scene.static:
+    if joint.rolls and scene.static:
         yield (
             f"the scheme is '{scene.scheme_name}'; it must be a dynamic one, because a contact "
             "holds velocities; in statics use an InPlane joint"
         )
 
 
-def _edge_hinge(joint: EdgeHinge, bodies: Mapping[str, SceneBody]) -> Sentences:
+def _edge_hinge(joint: Joint, bodies: Mapping[str, SceneBody]) -> Sentences:
     """Refuse ends of a hinge along edges."""
     first, second = bodies.values()
     if not any(body.directors == 1 for body in (first, second)):
@@ -134,8 +125,8 @@ def coordinate_rules(scene: Description, item: Any) -> Sentences:
         item: A driver, a lock, an element of a joint, or a coordinate of a coupling.
     """
     scene.coordinates_of(item)
-    joint = scene.joint(item.joint)
-    if isinstance(item, Lock) or not isinstance(joint, EdgeHinge) or joint.rigid_angle:
+    joint: Any = scene.joint(item.joint)
+    if isinstance(item, Lock) or not joint.along_edges or joint.rigid_angle:
         return
     if not (getattr(item, "stiffness", None) or getattr(item, "damping", None) is not None):
         yield (
@@ -350,7 +341,7 @@ def _carried(scene: Description) -> set[str]:
         for joint in scene.joints
         if joint.active is None
         and (
-            isinstance(joint, Weld)
+            joint.of_regions
             or (
                 isinstance(joint, DRIVEN)
                 and all((joint.name, freedom) in driven for freedom in joint.freedoms)

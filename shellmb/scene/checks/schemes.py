@@ -9,7 +9,6 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Fixed, Support, at_rest, moves
-from shellmb.scene.multibody.joints import Contact
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import Sentences, error_of, listed, said, show
@@ -120,7 +119,7 @@ def check_quadratic(scene: Description) -> None:
 
 def small_joint(scene: Description, joint: Any) -> Sentences:
     """Refuse what goes far with a linear scheme."""
-    if scene.linear and isinstance(joint, Contact):
+    if scene.linear and joint.rolls:
         yield (
             f"what rolls goes far, and {_with(scene)} displacements are small; the scheme must be "
             "another, as 'ep'"

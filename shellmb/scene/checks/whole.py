@@ -19,7 +19,7 @@ from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.lookup import connected
-from shellmb.scene.multibody.joints import GROUND, Contact
+from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join
@@ -278,7 +278,7 @@ def check_reduced(scene: Description, _: Any = None) -> None:
                     "moves it must be a Driver of a joint, and supports must hold it where it is"
                 )
     for joint in scene.joints:
-        if isinstance(joint, Contact) and {joint.first, joint.second} & modal:
+        if joint.rolls and {joint.first, joint.second} & modal:
             raise SceneError(
                 f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
                 "body or a beam with model='exact'"

@@ -26,11 +26,15 @@ class Load:
         label: What messages call it.
         body: Name of the loaded body, or None.
         time: Function of time that multiplies it, or None.
+        at_point: Whether it acts at one point.
+        weighs: Whether it acts on mass.
     """
 
     body: str | None
     time: TimeFunction | None
     label: ClassVar[str] = "load"
+    at_point: ClassVar[bool] = False
+    weighs: ClassVar[bool] = False
 
 
 @described("edge load")
@@ -53,6 +57,8 @@ class PointLoad(Load):
     """
 
     at: Point
+
+    at_point = True
 
 
 @described("surface force")
@@ -178,6 +184,8 @@ class Gravity(Load):
     acceleration: Vec3 = (0.0, 0.0, -9.81)
     body: Name | None = None
     time: TimeFunction | None = None
+
+    weighs = True
 
 
 @described("line force")

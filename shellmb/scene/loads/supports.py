@@ -8,7 +8,10 @@ edge's, except where a support goes along an edge (``HardSupport``). ``Clamped``
 joints to the ground.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from shellmb.scene.multibody.offsets import Arm
@@ -27,16 +30,25 @@ class Support:
         label: What messages call it.
         at: Where it holds the body.
         body: Name of the supported shell or beam, or None.
+        rotation: Angle over time that it turns by, or None.
+        translation: Displacement over time that it moves by, or None.
     """
 
     at: Any
     body: str | None
     label: ClassVar[str] = "support"
+    rotation: Any = None
+    translation: Any = None
 
     @property
     def given(self) -> dict[str, Any]:
         """Values that it prescribes, numbers or functions of time, by their names; None: free."""
         return {}
+
+    @property
+    def still(self) -> Support:
+        """A support that holds where it is what this one holds elsewhere or moves."""
+        return self
 
 
 @described("edge support")
@@ -161,6 +173,13 @@ class Fixed(Support):
         both = {"displacement": self.displacement, "director": self.director}
         return {f"{name}[{k}]": c for name, some in both.items() for k, c in enumerate(some)}
 
+    @property
+    def still(self) -> Support:
+        """The components, fixed where they are."""
+        both = {"displacement": self.displacement, "director": self.director}
+        zeros: Any = {n: [None if c is None else 0.0 for c in some] for n, some in both.items()}
+        return replace(self, **zeros)
+
     def _wrong(self) -> Sentences:
         """Check that something is fixed."""
         if all(c is None for c in self.given.values()):
@@ -196,6 +215,11 @@ class Driven(EdgeSupport):
     def given(self) -> dict[str, Any]:
         """Rotation and translation."""
         return {"rotation": self.rotation, "translation": self.translation}
+
+    @property
+    def still(self) -> Support:
+        """The clamped edge."""
+        return Clamped(self.at, self.body)
 
     def _wrong(self) -> Sentences:
         """Check that a motion is given."""

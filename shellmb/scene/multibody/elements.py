@@ -112,12 +112,14 @@ class Element:
         name: Its name in the results.
         relaxation: Prony series of its stiffness; None: it does not relax.
         laws: Two parameters of which one is given, its law; none: it has one anyway.
+        command: What commands it; None: nothing does.
     """
 
     name: str
     label: ClassVar[str]
     laws: ClassVar[tuple[str, ...]] = ()
     relaxation: Prony | None = None
+    command: Any = None
 
     def _wrong(self) -> Sentences:
         """Check that it has one law, of which there are shares where it relaxes."""
@@ -162,6 +164,9 @@ class PointElement(Element):
     second: Name
     at: Point
     second_at: Point
+
+    # as of joints
+    of_regions = False
 
     def _wrong(self) -> Sentences:
         """Check that it has two ends."""

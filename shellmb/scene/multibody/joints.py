@@ -42,6 +42,9 @@ class Joint:
         freedoms: The relative coordinates that drivers and force elements may act on.
         observed: Further ones, which the history has and nothing acts on.
         shells: Whether a shell's node, which has no frame, will do as first and as second end.
+        along_edges: Whether it goes along edges of shells, and not from point to point.
+        of_regions: Whether its second end may be a region, all nodes of which it holds.
+        rolls: Whether it forbids velocities, and not places.
         along_scene: Whether its forces are reported along the scene's axes, as these turn with the
             first body, and not along its own.
     """
@@ -58,6 +61,9 @@ class Joint:
     freedoms: ClassVar[tuple[str, ...]] = ()
     observed: ClassVar[tuple[str, ...]] = ()
     shells: ClassVar[tuple[bool, bool]] = (False, False)
+    along_edges: ClassVar[bool] = False
+    of_regions: ClassVar[bool] = False
+    rolls: ClassVar[bool] = False
     along_scene: ClassVar[bool] = False
     label: ClassVar[str] = "joint"
 
@@ -189,6 +195,7 @@ class Weld(Joint):
     """
 
     shells = (False, True)
+    of_regions = True
 
 
 @described("distance joint")
@@ -203,6 +210,14 @@ class Distance(Joint):
     length: Positive | TimeFunction | None = field(default=None, kw_only=True)
 
     shells = (True, True)
+
+    def _wrong(self) -> Sentences:
+        """Check its ends."""
+        if self.second_at is None:
+            yield "second_at is missing; it must be the other end of the distance"
+        if self.second_at == self.at and (self.length is None or self.given):
+            where = "length is a function of time" if self.given else "no length is given"
+            yield f"at and second_at are both {show(self.at)}; they must differ where {where}"
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:
@@ -298,6 +313,7 @@ class EdgeHinge(Joint):
 
     freedoms = ("rotation",)
     shells = (True, True)
+    along_edges = True
 
     def _wrong(self) -> Sentences:
         """Check what concerns the hinge alone."""
@@ -334,6 +350,8 @@ class Contact(Joint):
     """A body on a plane that it stays on, and on which it cannot slip."""
 
     normal: Axis = field(kw_only=True)
+
+    rolls = True
 
     def _wrong(self) -> Sentences:
         """Check what a contact cannot have."""
