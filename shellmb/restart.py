@@ -1,7 +1,5 @@
 """States of objects for a restart: copies of some of their attributes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import reduce

@@ -1,7 +1,5 @@
 """Export of a scene as an FMU for co-simulation, by PythonFMU."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shutil

@@ -1,7 +1,5 @@
 """A scene in motion that a partner steps: trials, inputs and outputs by name."""
 
-from __future__ import annotations
-
 import math
 from collections import UserDict
 from collections.abc import Iterator, Mapping, Sequence

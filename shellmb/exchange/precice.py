@@ -1,7 +1,5 @@
 """A shell or a beam as a participant of preCICE: forces at its nodes in, displacements out."""
 
-from __future__ import annotations
-
 import importlib
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A scene as an FMU: what its Python side does when a master calls it; its states as bytes."""
 
-from __future__ import annotations
-
 import atexit
 import ctypes
 import importlib

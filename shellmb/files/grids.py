@@ -4,8 +4,6 @@ VTK believes sizes and offsets, and a file that was cut or spoilt ends the proce
 a checksum of itself, in a comment behind its first line, and what VTK gets is compared with it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -4,8 +4,6 @@ VTK's own writer makes these, too, but its modules take 45 MB of memory in every
 run needs of the format; VTK and ParaView read it.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The mesh of one beam: a line of intervals in space with a frame of directors at every node."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -3,8 +3,6 @@
 A pattern has the corners of each part of a cell, in the cell's own coordinates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

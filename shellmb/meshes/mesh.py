@@ -1,7 +1,5 @@
 """The mesh of one shell, distributed over the ranks, with its edges, points and positive side."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar

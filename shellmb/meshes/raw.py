@@ -1,7 +1,5 @@
 """A surface mesh as plain arrays on one rank, the elements of its cells, and their sizes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal
 

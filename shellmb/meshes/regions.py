@@ -3,8 +3,6 @@
 Refined parents keep their shape, and groups their places.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any

@@ -21,8 +21,6 @@ A force whose functional is not a sum over Gauss points has two values: its weig
 taken, and the force itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple

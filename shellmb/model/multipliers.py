@@ -1,7 +1,5 @@
 """Constraints of a body with their multipliers: forces in the steps of all schemes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ on all ranks and give other values, because it asks for its rank, for a random n
 of the machine. So its values are compared, too.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from mpi4py import MPI

@@ -1,7 +1,5 @@
 """Warnings if a model is hardly what is meant: sizes, units, shapes, edges that nothing joins."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from itertools import combinations

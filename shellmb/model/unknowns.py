@@ -4,8 +4,6 @@ The look-throughs before a run ask for the numbers, of linked ones once, and nee
 and so no residual.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Functions that users write in UFL: what they return is looked at before it is used."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 import traceback

@@ -1,7 +1,5 @@
 """Choice of the assembler: the loops in C, or the reference in plain DOLFINx and NumPy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

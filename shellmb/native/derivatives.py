@@ -1,7 +1,5 @@
 """Derivatives of forms: written down for programs, which take them, and taken for DOLFINx."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """The loops in C over cells and nodes, compiled at installation, or else at first use."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib.machinery
 import importlib.util

@@ -1,7 +1,5 @@
 """Sizes of parts of vectors: by loops in C, or by NumPy where the reference works."""
 
-from __future__ import annotations
-
 from petsc4py import PETSc
 
 import numpy as np

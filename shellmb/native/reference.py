@@ -3,8 +3,6 @@
 Nothing here is of the room around it: no C of ours, no language of FFCx's, no vectors.
 """
 
-from __future__ import annotations
-
 import fcntl
 import itertools
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Messages of C++ that nobody can switch off, left out without touching the process's streams."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress

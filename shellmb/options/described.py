@@ -1,7 +1,5 @@
 """Options described once, as fields of dataclasses: signatures and docstrings are made of them."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import os

@@ -1,7 +1,5 @@
 """A body's unknowns as a field of a block system: what all systems of a model have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterable, Mapping, Sequence
 
 import numpy as np

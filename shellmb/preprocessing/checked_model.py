@@ -1,7 +1,5 @@
 """A model that can be solved: consistent constraints, and in statics nothing that moves freely."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from mpi4py import MPI

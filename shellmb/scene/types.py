@@ -1,7 +1,5 @@
 """Types of the fields of a scene's parts, each with the check of its values."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar

@@ -13,8 +13,6 @@ s_b)`, has the weights `l` of the states x, D, z, y, then those `w` of their pai
 what a stress acts on, `c lin(dq) + quad(sum_a w_a s_a, dq)`, has `c`, then the weights.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

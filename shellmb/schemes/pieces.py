@@ -6,8 +6,6 @@ these states, the stress of each piece, which is that of all potentials
 (`forms.steps.potentials`), and the rows that see it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 

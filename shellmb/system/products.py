@@ -1,7 +1,5 @@
 """Products of the Jacobian of a system with vectors, cell by cell, without a matrix."""
 
-from __future__ import annotations
-
 from petsc4py import PETSc
 
 import numpy as np

@@ -4,8 +4,6 @@ In one process one call of `sides.c` each: of small systems half of the time was
 calls.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container
 from enum import IntEnum
 from typing import Any, Protocol

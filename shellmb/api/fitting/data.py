@@ -1,7 +1,5 @@
 """Measurements that a scene is fitted to: columns over times, each with its noise."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Inputs and outputs of linear systems: loads, motors, motions and ground; probes and joints."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Options of a response looked through, and curves over frequency: densities, spectra, shocks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, get_args
 

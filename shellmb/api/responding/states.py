@@ -1,7 +1,5 @@
 """States that scenes are linearised about, and their linear systems."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

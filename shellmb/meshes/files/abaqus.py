@@ -4,8 +4,6 @@ Written here, as meshio knows neither instances nor all shells, and leaves out w
 know.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Cards of Nastran's bulk data: small, large and free fields, continuations, included files."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Places where a mesh touches itself without being joined: nodes and sides on other cells."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass

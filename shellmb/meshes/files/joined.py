@@ -3,8 +3,6 @@
 A whole surface has one side: normals of its cells are consistently oriented.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

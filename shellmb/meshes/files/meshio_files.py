@@ -1,7 +1,5 @@
 """Meshes in the formats of meshio: VTK, STL, gmsh's, and others."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ Written here, as meshio takes coordinates for Cartesian and leaves out what it d
 pyNastran (1.4) does not go with NumPy 2.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

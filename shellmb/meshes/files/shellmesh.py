@@ -3,8 +3,6 @@
 Nastran's and Abaqus' files have readers of our own, others meshio's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

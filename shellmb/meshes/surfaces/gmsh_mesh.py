@@ -1,7 +1,5 @@
 """Meshes made or read by gmsh: one physical surface group becomes the mesh of one shell."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

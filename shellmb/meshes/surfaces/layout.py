@@ -4,8 +4,6 @@ A node has coordinates in a plane: (xi, eta) itself for the square, eta (cos, si
 pole, where blocks of quadrilaterals avoid cells that collapse into the pole.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

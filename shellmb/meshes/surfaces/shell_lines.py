@@ -1,7 +1,5 @@
 """Lines of a shell's mesh, node by node: where reinforcing beams run, and take their mesh from."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import Any

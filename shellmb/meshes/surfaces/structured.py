@@ -1,7 +1,5 @@
 """Meshes and normals of surfaces that are given by a map of the unit square."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Springs, dampers, motors and stops: forces on coordinates of mechanisms, which are unknowns."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -11,8 +11,6 @@ the body (`forms.floating.frame`). It has no mass: its velocity follows from the
 forces do no work.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from typing import Any

@@ -5,8 +5,6 @@ for the velocities `a` and `(b . X) a` of its nodes, with `(b . D) a` of its dir
 rigid motions consist. So kinetic energies agree to round-off, whatever quadrature the forms use.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Collection, Container
 from dataclasses import dataclass, replace

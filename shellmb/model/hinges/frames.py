@@ -16,8 +16,6 @@ alone is unknown. Where nodes of two edges do not coincide, those of the finer e
 other one, between its nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

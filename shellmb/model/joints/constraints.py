@@ -1,7 +1,5 @@
 """Groups of constraints at nodes with their multipliers, one for each kind."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 

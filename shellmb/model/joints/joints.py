@@ -5,8 +5,6 @@ it is in the frame of a rigid body, of the ground or of a beam's node, and so do
 What all of them carry adds up to one force and moment of the joint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Joints with their masses, drivers and force elements, which tie bodies together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Potentials and contacts with obstacles as bodies of the system: energies at points of a body."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Shapes of obstacles: measures of a place, the distance that follows from these, and normals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Points of potentials and contacts: nodes of bodies with their shares of an area or length."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial

@@ -26,8 +26,6 @@ body's points. Both leave one rotation free, which is the one that brings shapes
 other body's: that depends smoothly on the body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -15,8 +15,6 @@ Forces that turn with the body, and moments, are a force `P_a` and a moment `T_a
 axes and forces `F_k` on the amplitudes, linear in these.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Damping and relaxation of a body: of its strains, and in proportion to its mass."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from operator import add

@@ -6,8 +6,6 @@ points. So it is a load, of which the schemes take means and work as of any othe
 form stays what it is. What is reported is of `e - theta e*`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -6,8 +6,6 @@ middle. So stiffness and mass are positive wherever forms are integrated, and wh
 of elements belongs on each side to that side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

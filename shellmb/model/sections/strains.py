@@ -1,7 +1,5 @@
 """Elastic parts of bodies: strains with a section, and energies of measures, over a step."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -28,8 +28,6 @@ g_a)`, and with some `theta` in [0, 1] the weights `theta w_a + (1 - theta) w_b`
 change of `S`.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Places where bodies come too near to each other between the points that touch."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -3,8 +3,6 @@
 Forces and own strains of elements that belong to given strains are found cell by cell.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cached_property

@@ -6,8 +6,6 @@ connected to it by the shell revolute joint, `e1 . E3 = e2 . E3 = 0` (eq. 35), o
 result with fewer unknowns, the beam's third director is the shell's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any

@@ -5,8 +5,6 @@ of the pages of the schemes (`schemes.interval`, `schemes.quadratic`) at functio
 unknown states.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

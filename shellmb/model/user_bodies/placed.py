@@ -1,7 +1,5 @@
 """Bodies of a user's own whose field is a displacement: places in a scene like any others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

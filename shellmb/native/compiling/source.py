@@ -3,8 +3,6 @@
 The installation makes it as well, where nothing but cffi is there (`installing.py`).
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -4,8 +4,6 @@ What is in it is executed, so it must be the user's own. A library carries a che
 at its end, which the system's loader does not look at: what was cut or spoilt is made anew.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Algebra of vectors and matrices of scalars of a graph."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

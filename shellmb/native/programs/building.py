@@ -1,7 +1,5 @@
 """Programs of integrals as C takes them: instructions, tables, and rows of a cell's tensor."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 

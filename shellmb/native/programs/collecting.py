@@ -6,8 +6,6 @@ coefficient each, which is found once. What test functions are multiplied by is 
 round.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from shellmb.native.programs.graph import LEAVES, Graph, Scalar

@@ -1,7 +1,5 @@
 """Directions of derivatives: reference coordinates, functions, and components of a variable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from shellmb.native.programs.graph import Direction, Graph, Input, Key, Multilinear, Scalar, linear

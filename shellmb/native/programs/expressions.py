@@ -1,7 +1,5 @@
 """Expressions at points of cells as programs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)

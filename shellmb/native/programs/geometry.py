@@ -1,7 +1,5 @@
 """Geometry of a cell and of its facets as scalars of a graph."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """UFL read as scalars of a graph: tensor algebra, gradients, derivatives."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial, reduce

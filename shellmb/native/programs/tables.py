@@ -1,7 +1,5 @@
 """Tables of functions at the points of a rule, for each facet or for the cell, by Basix."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property

@@ -1,7 +1,5 @@
 """Operations of a graph in order, with registers: a program for a simple machine."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from shellmb.native.programs.graph import BINARY, COMPARED, LEAVES, UNARY, Graph, Input, Key

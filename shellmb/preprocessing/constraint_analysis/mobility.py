@@ -9,8 +9,6 @@ turns with it. The stiffness that a body has because it carries a load (a pendul
 string under tension) is not there at the start, where all internal forces are zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rigid motions of a body in words."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ columns. Going through the rows in the order of the scene, one that is a combina
 it is redundant; if the same combination of the right-hand sides is not zero, it contradicts them.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

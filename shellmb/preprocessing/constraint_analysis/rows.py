@@ -1,7 +1,5 @@
 """The constraints of a model as rows of a matrix, by the unknowns they tie, at a state."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

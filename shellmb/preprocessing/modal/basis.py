@@ -5,8 +5,6 @@ body in that space. Masses follow from the body's own mass matrix for the scalar
 `phi_ka`, along x, of which all velocities of the reduced body consist (`model.reduced.data`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Energies that small strains leave out, in numbers: of squares of rotations."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from mpi4py import MPI

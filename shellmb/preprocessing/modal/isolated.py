@@ -1,7 +1,5 @@
 """A body by itself, with frames welded to it: its matrices, motions and forces."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from functools import cached_property
 from typing import Any

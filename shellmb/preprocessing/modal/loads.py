@@ -6,8 +6,6 @@ body, and moments, are taken to the first order in the modes. Terms act on the b
 only the modes follow from what they are at rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

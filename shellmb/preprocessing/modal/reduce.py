@@ -1,7 +1,5 @@
 """Scenes with frames and modes in place of the shells and beams that are reduced."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

@@ -5,8 +5,6 @@ are taken, and what forces do. Relaxation that modes lack where strains of diffe
 different damping times is found from them, too.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

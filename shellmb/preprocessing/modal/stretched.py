@@ -8,8 +8,6 @@ bend the body so do to it, beside what they do to small displacements. Those are
 bent body, and where springs act on it what bends these with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any

@@ -7,8 +7,6 @@ stands for all of these: none of the displacements that they leave moves it. So 
 weld or, where hinged edges are in one straight line, by a revolute joint about that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

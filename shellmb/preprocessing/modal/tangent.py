@@ -1,7 +1,5 @@
 """Stiffness and mass matrices of a model at a state, as eigenproblems and reductions need them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

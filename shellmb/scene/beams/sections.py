@@ -5,8 +5,6 @@ line. Its strains are ``e = Gamma + K x y`` with ``y = (0, y2, y3)``: ``e_11 = G
 y2 K_3``, ``2 e_12 = Gamma_2 - y3 K_1``, ``2 e_13 = Gamma_3 + y2 K_1``.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import KW_ONLY
 from functools import cached_property

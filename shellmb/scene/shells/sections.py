@@ -1,7 +1,5 @@
 """Sections: what a piece of shell resists with, and what it weighs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY

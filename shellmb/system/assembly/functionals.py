@@ -1,7 +1,5 @@
 """Integrals over meshes: energies, momenta, work."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any

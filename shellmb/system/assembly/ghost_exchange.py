@@ -1,7 +1,5 @@
 """Values of unknowns from the ranks that own them to all ranks that see them, and sums back."""
 
-from __future__ import annotations
-
 from mpi4py import MPI
 from petsc4py import PETSc
 

@@ -1,7 +1,5 @@
 """The fields and forms of a system mesh by mesh, as the loops over cells take them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

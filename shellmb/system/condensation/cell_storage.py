@@ -1,7 +1,5 @@
 """Data of cells kept for solutions, several side by side, as `passes.c` reads them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ not see membrane forces, and own strains see forces only: eliminating them one a
 a third of the work and two thirds of the memory of eliminating them at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any

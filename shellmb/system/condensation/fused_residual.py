@@ -1,7 +1,5 @@
 """The residual at given unknowns by one call of `unknowns.c`, where one process has all of them."""
 
-from __future__ import annotations
-
 from petsc4py import PETSc
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The reduced matrix: where the entries of cells go."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from typing import NamedTuple

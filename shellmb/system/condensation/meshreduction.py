@@ -1,7 +1,5 @@
 """Reduction of what is assembled over one mesh: the loops of `cells.c` with what they need."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -11,8 +11,6 @@ Fields declare which of their dofs are element-wise and which carry directors; n
 what they are for. The solution is that of the unreduced system, multipliers included.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any

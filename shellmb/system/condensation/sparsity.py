@@ -1,7 +1,5 @@
 """Nonzero entries of cells' matrices, and their places in the whole matrix."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shellmb.arrays import Bools, Int32s

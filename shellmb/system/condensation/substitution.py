@@ -1,7 +1,5 @@
 """The passes of a solution: from the residual to the reduced system, and from its solution back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ in a narrow band, which is factorised with partial pivoting. Multipliers of join
 diagonal, so that factors without pivots do not exist.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from petsc4py import PETSc

@@ -1,7 +1,5 @@
 """Number of negative eigenvalues of a matrix, by the signs of its pivots."""
 
-from __future__ import annotations
-
 from petsc4py import PETSc
 
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, WORKSPACE, use_mumps

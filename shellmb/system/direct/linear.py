@@ -1,7 +1,5 @@
 """Linear systems of Newton's method: what solves them, and all unknowns in one matrix."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """MUMPS and its options."""
 
-from __future__ import annotations
-
 import itertools
 import weakref
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Direct solutions, as cheap as the system lets them be, and their failures in words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from enum import Enum
 from typing import Any

@@ -1,7 +1,5 @@
 """Asymmetry of a matrix: by two products with it, or entry by entry."""
 
-from __future__ import annotations
-
 from petsc4py import PETSc
 
 import numpy as np

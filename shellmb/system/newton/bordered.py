@@ -11,8 +11,6 @@ not know. What an iteration does is the same as there (`Iteration`): assembly, r
 turning of directors, convergence judged part by part.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Convergence of Newton's method, judged part by part, and its failures in words."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cached_property

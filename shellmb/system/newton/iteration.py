@@ -1,7 +1,5 @@
 """Parts of a Newton iteration: residual, linear solution, update, test."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 

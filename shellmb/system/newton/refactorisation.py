@@ -6,8 +6,6 @@ costs less than a new factorisation. Of plates every other `rho` is 0.1 and thos
 as errors of forces become errors of positions and those forces again: two updates in a row tell.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Round-off of the equations: what no update of the unknowns makes smaller."""
 
-from __future__ import annotations
-
 import math
 
 from mpi4py import MPI

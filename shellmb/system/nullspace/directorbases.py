@@ -1,7 +1,5 @@
 """Tangent spaces of the nodes of a field, by loops in C over all that are not given."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

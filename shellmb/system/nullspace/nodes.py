@@ -1,7 +1,5 @@
 """The nodes of a whole system that carry directors, and updates that turn them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

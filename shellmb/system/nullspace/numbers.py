@@ -1,7 +1,5 @@
 """Numbers of the reduced unknowns, and which combinations of them every unknown is."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple

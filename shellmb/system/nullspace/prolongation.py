@@ -1,7 +1,5 @@
 """Unknowns as combinations of few reduced ones: matrices with a fixed number of entries a row."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from mpi4py import MPI
