@@ -99,7 +99,7 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
 
 def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
     """Coordinate on which a force element acts."""
-    if element in scene.point_elements:
+    if hasattr(element, "second"):
         return element.name, "distance"
     (kind,) = scene.coordinates_of(element)
     return element.joint, kind

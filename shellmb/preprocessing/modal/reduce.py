@@ -59,7 +59,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     joints = tuple(made.joint(joint) for joint in scene.joints)
     supports = [joint for support in scene.supports for joint in made.support(support)]
     elements = tuple(
-        made.ends(e, said(e)) if e in scene.point_elements else e for e in scene.force_elements
+        made.ends(e, said(e)) if hasattr(e, "second") else e for e in scene.force_elements
     )
     loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.on_frame(given) for given in scene.initial)
