@@ -76,6 +76,7 @@ class Model:
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
         planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
         potentials: Potentials and contacts; among `bodies`, too.
+        contacts: The contacts with obstacles among them.
         volumes: Enclosed volumes; their bodies are among `bodies`, too.
         faces: Contacts with faces of shells, which are no bodies.
         modal: What is reduced to modes; its frames are among `rigid`.

@@ -65,8 +65,7 @@ class FollowerLoad:
     Args:
         time: Function of time of the load.
         along: As of `ModalForces`.
-        body: Name of the shell or beam.
-        work: Its virtual work at rest, or the derivative along a state; local arrays.
+        work: Its nodal forces at rest, or their derivative along a field.
     """
 
     time: TimeFunction | None
@@ -108,7 +107,8 @@ class SpreadLoads:
         """
         isolated, found = self._isolated, []
         arms = [isolated.arm(a, center) for a in range(3)]
-        shapes = [isolated.moved(modes, a) for a in range(3)]
+        # of many modes and nodes these are long: only loads read them
+        shapes = [isolated.moved(modes, a) for a in range(3) if self._dead]
         fields = np.column_stack([isolated.one(), *arms, *shapes])
         for dead in self._dead:
             sums = isolated.work(dead.profile, fields)
