@@ -69,11 +69,7 @@ class DiscreteShell(MassiveBody):
     ties: tuple[FloatingFrame, ...] = ()
 
     def __init__(
-        self,
-        shell: Shell,
-        surface_mesh: SurfaceMesh,
-        loads: Sequence[Distributed],
-        dynamic: bool,
+        self, shell: Shell, surface_mesh: SurfaceMesh, loads: Sequence[Distributed], dynamic: bool
     ) -> None:
         self.shell = self.described = shell
         self.surface_mesh = self.domain = surface_mesh

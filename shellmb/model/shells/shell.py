@@ -280,9 +280,7 @@ class ShellModel(ElasticShell):
         return largest(found)
 
     @cached_property
-    def _directors_in_state(
-        self,
-    ) -> tuple[Floats, npt.NDArray[np.intp]]:
+    def _directors_in_state(self) -> tuple[Floats, npt.NDArray[np.intp]]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
 
