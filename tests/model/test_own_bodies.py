@@ -91,6 +91,20 @@ def test_a_solid_in_a_mechanism_keeps_all_balances(scheme: str) -> None:
     assert abs(history["clamp.F3"].iloc[-1]) > 100
 
 
+def test_a_body_in_modes_hangs_on_a_named_point() -> None:
+    """Kind: a name is as good as coordinates, whatever the other body is reduced to."""
+    section = sm.CircularSection(E=2e9, nu=0.3, radius=0.02, density=1000.0)
+    line = sm.Line((1.0, 0.25, 0.25), (1.5, 0.25, 0.25))
+    rod = sm.Beam("rod", line, section, elements=2, model=sm.Modal(2))
+    by_name, by_place = (
+        run(scene(beams=rod, joints=sm.Spherical("ball", "block", "rod", at=at))).history["ball.F3"]
+        for at in ("tip", (1.0, 0.25, 0.25))
+    )
+    assert by_name.to_numpy()[1:] == pytest.approx(by_place.to_numpy()[1:], rel=1e-9)
+    # half a metre of rod of 1.3 kg/m
+    assert np.abs(by_name.to_numpy()[1:]).max() > 0.1
+
+
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_free_ones_keep_their_momenta(scheme: str) -> None:
     initial = sm.InitialVelocity(linear=(0.0, 1.0, 0.0), spin=(0.0, 0.0, 3.0))

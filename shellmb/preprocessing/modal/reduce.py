@@ -174,7 +174,7 @@ class _Reduction:
         if isinstance(where, tuple) and not isinstance(where[0], str):
             return where
         body: Any = self._scene.end(name, who)
-        if body.single and name != GROUND:
+        if hasattr(body, "place"):
             return triple(body.place(where))
         return place_of(where, self.mesh(name), who)
 

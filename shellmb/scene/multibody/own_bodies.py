@@ -43,6 +43,10 @@ class UserBody(SceneBody):
         """Names of its regions."""
         return tuple(self.regions)
 
+    def place(self, point: str) -> tuple[float, float, float]:
+        """Position of a named point [m]."""
+        return self.points[point]
+
     def again(self, comm: Any, kind: Any) -> Any:
         """The body of a kind of the model, on a communicator."""
         raise NotImplementedError
