@@ -85,12 +85,12 @@ class TooFewModesError(ConvergenceError):
     Args:
         count: Number of modes that were requested.
         there: Number of modes that there are.
-        said: What happened and what to try; None: the number is said.
+        message: What happened and what to try; None: the number.
     """
 
-    def __init__(self, count: int, there: int, said: str | None = None) -> None:
+    def __init__(self, count: int, there: int, message: str | None = None) -> None:
         known = f"modes: count is {count}; there are {there or 'no'} modes"
-        super().__init__(said or known + (", request no more" if there else ""))
+        super().__init__(message or known + (", request no more" if there else ""))
         self.there = there
 
 
