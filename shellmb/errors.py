@@ -93,6 +93,10 @@ class TooFewModesError(ConvergenceError):
         super().__init__(message or known + (", request no more" if there else ""))
         self.there = there
 
+    def __reduce__(self) -> Any:
+        # sent from rank to rank as it is
+        return type(self), (0, self.there, str(self))
+
 
 class RunError(ShellmbError):
     """Something outside the mechanics ended a run: a full disk, or a user's function that raises.

@@ -269,6 +269,7 @@ def _of_checkout(name: str) -> None:
     except SceneError:
 
         def command() -> None:
+            """Say that it belongs to a checkout of shellmb."""
             of_checkout(f"shellmb {name}")
 
         settings = {"allow_extra_args": True, "ignore_unknown_options": True}

@@ -37,6 +37,8 @@ REFUSED = {
     "two joins join the same edges of 'p' and 'q'": {
         "joins": [Join("p", "q", "right", "left"), Join("q", "p", ("top", "left"), "right")]
     },
+    # the same object
+    "of 'p' and 'q', 'right' and 'left'": {"joins": [Join("p", "q", "right", "left")] * 2},
     "'a' and enclosed volume 'b': both are enclosed by 'p', 'q'": {
         "volumes": [
             EnclosedVolume("a", ("p", "q")),

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable
-from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -177,18 +176,17 @@ def target_rules(scene: Description, item: Any) -> Sentences:
             check_place(body, item.at, said(item), kinds[:2] if several else kinds)
 
 
-def join_rules(scene: Description, join: Join) -> Sentences | None:
-    """Refuse edges that shells do not have, and joins that are given twice."""
+def check_join(scene: Description, join: Join) -> None:
+    """Check that shells have the edges of a join, and that these are joined once."""
     for name, edge in ((join.first, join.at), (join.second, join.second_at)):
         check_place(scene.shell(name, "join"), edge, "join", EDGES)
-    for one in takewhile(lambda other: other is not join, scene.joins):
-        if all(_edges_of(one, name) & _edges_of(join, name) for name in (one.first, one.second)):
-            raise error_of(
-                scene,
-                f"two joins join the same edges of '{one.first}' and '{one.second}', "
-                f"{show(one.at)} and {show(one.second_at)}; remove one of them",
-            )
-    return None
+    ends = join.first, join.second
+    if sum(all(_edges_of(one, n) & _edges_of(join, n) for n in ends) for one in scene.joins) > 1:
+        raise error_of(
+            scene,
+            f"two joins join the same edges of '{join.first}' and '{join.second}', "
+            f"{show(join.at)} and {show(join.second_at)}; remove one of them",
+        )
 
 
 def _edges_of(join: Join, shell: str) -> set[str]:
@@ -323,7 +321,7 @@ RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = 
     ("meshed", relaxing_body),
     ("force_elements", relaxing_element),
     *((what, target_rules) for what in ("supports", "loads", "initial", "probes")),
-    ("joins", join_rules),
+    ("joins", check_join),
     ("scene", check_time),
     ("scene", check_positions),
     *checks_multibody.RULES,
