@@ -53,7 +53,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "friction on an obstacle that moves sees its point and not how it turns",
         "forms/contact.py",
-        "return sum((y * change for y, change in zip(parts, changes, strict=True)), start=moved)",
+        "return sum((part * change for part, change in zip(y, changes, strict=True)), start=moved)",
         "return moved",
         (
             "tests/contact/test_moving.py::test_friction_and_damping_are_between_the_bodies[0.0-ep-0.0]",
