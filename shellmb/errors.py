@@ -83,19 +83,16 @@ class TooFewModesError(ConvergenceError):
     """There are fewer modes than were requested.
 
     Args:
+        message: What happened and what to try; none: the number is said.
         count: Number of modes that were requested.
         there: Number of modes that there are.
-        message: What happened and what to try; None: the number.
     """
 
-    def __init__(self, count: int, there: int, message: str | None = None) -> None:
+    # a message alone is enough, as other ranks make the error anew
+    def __init__(self, message: str = "", *, count: int = 0, there: int = 0) -> None:
         known = f"modes: count is {count}; there are {there or 'no'} modes"
         super().__init__(message or known + (", request no more" if there else ""))
         self.there = there
-
-    def __reduce__(self) -> Any:
-        # sent from rank to rank as it is
-        return type(self), (0, self.there, str(self))
 
 
 class RunError(ShellmbError):

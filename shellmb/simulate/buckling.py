@@ -114,10 +114,9 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
             break
     else:
         raise TooFewModesError(
-            count,
-            len(positive),
             f"buckling: {len(positive)} of {count} positive load factors were found among "
             f"{len(values)}; ask for fewer, or turn the load round",
+            there=len(positive),
         )
     order = sorted(positive, key=lambda k: values[k].real)[:count]
     negative = [float(v.real) for v, r in zip(values, real, strict=True) if r and v.real < 0]

@@ -72,7 +72,7 @@ def eigenpairs(
         if higher:
             # seen from here all others are infinite: perhaps they are only far above
             return eigenpairs(K, M, count, INFINITE / LARGE * shift, symmetric, higher=False)
-        raise TooFewModesError(count, len(pairs))
+        raise TooFewModesError(count=count, there=len(pairs))
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
     return np.array([value for value, _ in pairs[:count]]), [vector for _, vector in pairs[:count]]
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
 import shellmb as sm
+from shellmb import errors
 from shellmb.scene.values.user_functions import given_functions
 
 FUNCTIONS = """
@@ -91,6 +94,22 @@ def test_functions_that_ask_for_their_rank_are_refused_on_all_ranks(mpirun) -> N
         assert text.startswith(f"scene 's': {path} gives other values from rank to rank"), line
     assert "loads[0].time gives 0.121 on one rank and 1.121 on another between t = 0.1" in steps
     assert "forms, of density of plate differ from rank to rank" in forms
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        errors.ConvergenceError("it turns", "beam", {"beam": 1.0}),
+        errors.TooFewModesError(count=3, there=2),
+        errors.TooFewModesError("two load factors", there=2),
+        errors.RunError("the disk is full", alone=True),
+    ],
+    ids=str,
+)
+def test_errors_reach_other_ranks_as_they_are(error: sm.ShellmbError) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error) and str(again) == str(error)
+    assert vars(again) == vars(error)
 
 
 class Counts:

@@ -23,8 +23,7 @@ from shellmb.files.vtu import Packed, grid_file
 from shellmb.files.writing import write_bytes, write_text
 from shellmb.model.locations.nodes import Meshed
 
-# lists of the states of a grid, and of the files of all grids
-SERIES = '{{"file-series-version": "1.0", "files": [\n{}\n]}}\n'
+# list of the files of all grids
 COLLECTION = (
     '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
     "<Collection>\n{}\n</Collection>\n</VTKFile>\n"
@@ -137,9 +136,13 @@ class GridFiles:
         self._labels = [Packed("name", grid.labels)] if grid.labels else []
         self._sums: dict[int, str] = {}
 
+    def name(self, number: int) -> str:
+        """Name of the file of one state."""
+        return f"{self._stem}_{number:04d}.vtu"
+
     def file(self, number: int) -> Path:
         """File of one state."""
-        return self._folder / f"{self._stem}_{number:04d}.vtu"
+        return self._folder / self.name(number)
 
     def write(self, number: int, fields: Mapping[str, Floats]) -> None:
         """Write a state.
@@ -167,14 +170,10 @@ class GridFiles:
         Args:
             times: Times of all states so far, s; of lost ones, too.
         """
-        entries = [
-            json.dumps({"name": self.file(k).name, "time": t})
-            for k, t in enumerate(times)
-            if k in self._sums
-        ]
-        if entries:
-            series = self._folder / f"{self._stem}.vtu.series"
-            write_text(series, SERIES.format(",\n".join(entries)))
+        there = [{"name": self.name(k), "time": t} for k, t in enumerate(times) if k in self._sums]
+        if there:
+            series = {"file-series-version": "1.0", "files": there}
+            write_text(self._folder / f"{self._stem}.vtu.series", json.dumps(series) + "\n")
 
     def checksums(self, count: int) -> dict[str, str]:
         """Checksums of the first states, by the names of their files.
@@ -182,7 +181,7 @@ class GridFiles:
         Args:
             count: How many.
         """
-        return {self.file(k).name: s for k, s in self._sums.items() if k < count}
+        return {self.name(k): s for k, s in self._sums.items() if k < count}
 
     def find(self, number: int, sums: Mapping[str, str]) -> bool:
         """Take up a state that was written; whether its file is there as it was.
@@ -232,7 +231,7 @@ def list_all(folder: Path, files: Mapping[str, GridFiles], times: Sequence[float
         part.list(times)
     items = [
         f'<DataSet timestep="{t!r}" part="{number}" name={quoteattr(name)} '
-        f"file={quoteattr(part.file(k).name)}/>"
+        f"file={quoteattr(part.name(k))}/>"
         for k, t in enumerate(times)
         if all(part.has(k) for part in files.values())
         for number, (name, part) in enumerate(files.items())

@@ -160,7 +160,7 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     above = [pair for pair in found if abs(pair.value) >= STILL * rotating.shift]
     rigid, kept = len(zero), [*zero, *above][: count + spare]
     if len(kept) < count:
-        raise TooFewModesError(count, len(kept))
+        raise TooFewModesError(count=count, there=len(kept))
     pairs = tuple(_upright(pair, rotating) for pair in kept)
     whirl = [(product(rotating.transport, p, p) / product(rotating.mass, p, p)).imag for p in pairs]
     system, model = rotating.system, rotating.model
