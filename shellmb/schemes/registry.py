@@ -55,10 +55,11 @@ def completed(scheme: Named) -> Scheme:
     kind, whole = type(scheme), cast(Any, scheme)
     if not issubclass(kind, Scheme):
         whole = object.__new__(type(kind.__name__, (kind, Scheme), {}))
-        # of dataclasses with slots, too
-        names = {n for c in kind.__mro__ for n in getattr(c, "__slots__", ())}
-        for name in (names - {"__weakref__"}) | {*getattr(scheme, "__dict__", ())}:
-            object.__setattr__(whole, name, getattr(scheme, name))
+        # of classes with slots, too: these stand beside what is in no slot
+        held: Any = object.__getstate__(scheme)
+        for values in held if isinstance(held, tuple) else (held,):
+            for name, value in (values or {}).items():
+                object.__setattr__(whole, name, value)
     missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]
     if missing and (*whole.stages,) != (END,):
         raise SceneError(

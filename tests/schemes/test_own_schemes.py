@@ -13,6 +13,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.schemes.base import Stage, at_state
+from shellmb.schemes.registry import completed
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,14 @@ def test_dataclasses_may_have_slots() -> None:
     slotted = dataclass(frozen=True, slots=True)(type("Slotted", (MidPoint,), {}))()
     swung = [sm.run(replace(hung(s), t_end=0.02)).history for s in (slotted, MidPoint())]
     np.testing.assert_array_equal(*(h["total_energy"] for h in swung))
+
+
+def test_members_in_slots_and_elsewhere_are_kept() -> None:
+    """Kind: classes whose slot is one name, or has no value yet."""
+    one = type("One", (MidPoint,), {"__slots__": "gain"})
+    made = type("More", (one,), {"__slots__": ("later",)})()
+    object.__setattr__(made, "gain", 0.5)
+    assert completed(made).gain == 0.5  # type: ignore[attr-defined]
 
 
 def strip(scheme: Any, dt: float, force: float = 1e-5) -> sm.Run:
