@@ -232,7 +232,9 @@ class Squares(deferred_observer.DeferredObserver):
 
 def test_rows_of_a_step_that_is_taken_back_are_in_no_history() -> None:
     """An event looks behind steps, some of which are not taken: only those that are have rows."""
-    squares, simulation = Squares(), SimpleNamespace()
+    squares, numbering = Squares(), SimpleNamespace(local_to_global=range(3))
+    system = SimpleNamespace(numbering=numbering)
+    simulation = SimpleNamespace(problem=SimpleNamespace(system=system))
     assert squares.collect(0) == []
     for taken, tried in ((1.0, 7.0), (2.0, 8.0), (3.0, 9.0)):
         kept = squares.state()

@@ -106,9 +106,10 @@ def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, monkeypatch, 
     simulation.model = SimpleNamespace(
         meshed={}, own={}, rigid=None, modal=(), mechanism=mechanism, comm=SimpleNamespace(rank=0)
     )
+    simulation.model.rigid_meshes = {}
     simulation.scheme = SimpleNamespace(dynamic=True)
     simulation.model.scene = SimpleNamespace(rigid_bodies=())
-    simulation.model.potentials = ()
+    simulation.model.potentials = simulation.model.contacts = ()
     simulation.scene = SimpleNamespace(output=Output(frames=count))
     frames.start(simulation)
     for _ in range(steps):

@@ -20,6 +20,8 @@ from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, quotients,
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
 ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
+# rounds of scaling after which rows of equations have one size to a few per cent
+ROUNDS = 10
 
 # Where modes are damped beyond oscillation, half of their eigenvalues crowd at the inverse of the
 # damping's time, and Arnoldi's method parts them with a large basis only.
@@ -106,13 +108,25 @@ def solve_quadratic(
 
 
 def _scaled(matrices: list[PETSc.Mat], shift: float) -> tuple[PETSc.Vec, list[PETSc.Mat]]:
-    """Sizes of unknowns by which equations have ones on their diagonal at a shift, and these."""
-    sizes, own = matrices[0].createVecRight(), 0.0
+    """Sizes of unknowns by which rows of equations at a shift are alike, and these equations.
+
+    By the diagonal alone it is not done: forces of mixed forms and multipliers have little there.
+    """
+    sizes = matrices[0].createVecRight()
+    sizes.set(1.0)
     for power, A in enumerate(matrices):
         A.scale(shift**power)
-        own = own + abs(A.getDiagonal().array_r)
-    # multipliers of constraints have nothing there
-    sizes.array = 1 / np.sqrt(np.where(own > 0, own, 1.0))
+    at_shift = matrices[0].copy()
+    for A in matrices[1:]:
+        at_shift.axpy(1.0, A)
+    factors = sizes.copy()
+    for _ in range(ROUNDS):
+        starts, _, values = at_shift.getValuesCSR()
+        rows = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+        sums = np.bincount(rows, np.abs(values), minlength=len(starts) - 1)
+        factors.array = 1 / np.sqrt(np.where(sums > 0, sums, 1.0))
+        at_shift.diagonalScale(factors, factors)
+        sizes.pointwiseMult(sizes, factors)
     for A in matrices:
         A.diagonalScale(sizes, sizes)
     return sizes, matrices
