@@ -17,6 +17,9 @@ from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, quotients, shift_and_invert
 
+# part of the largest diagonal below which one is round-off: that of multipliers is 1e-30, in um that
+# of directors 1e-21
+NOTHING = 1e-26
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
 ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
@@ -107,12 +110,12 @@ def solve_quadratic(
 
 def _scaled(matrices: list[PETSc.Mat], shift: float) -> tuple[PETSc.Vec, list[PETSc.Mat]]:
     """Sizes of unknowns by which equations have ones on their diagonal at a shift, and these."""
-    sizes, own = matrices[0].createVecRight(), 0.0
     for power, A in enumerate(matrices):
         A.scale(shift**power)
-        own = own + abs(A.getDiagonal().array_r)
-    # multipliers of constraints have nothing there
-    sizes.array = 1 / np.sqrt(np.where(own > 0, own, 1.0))
+    sizes = matrices[0].createVecRight()
+    sizes.array = own = sum(abs(A.getDiagonal().array_r) for A in matrices)
+    # multipliers of constraints have nothing there, or round-off
+    sizes.array = 1 / np.sqrt(np.where(own > NOTHING * sizes.max()[1], own, 1.0))
     for A in matrices:
         A.diagonalScale(sizes, sizes)
     return sizes, matrices
