@@ -182,11 +182,8 @@ def check_join(scene: Description, join: Join) -> None:
         check_place(scene.shell(name, "join"), edge, "join", EDGES)
     ends = join.first, join.second
     if sum(all(_edges_of(one, n) & _edges_of(join, n) for n in ends) for one in scene.joins) > 1:
-        raise error_of(
-            scene,
-            f"two joins join the same edges of '{join.first}' and '{join.second}', "
-            f"{show(join.at)} and {show(join.second_at)}; remove one of them",
-        )
+        of = f"of '{join.first}' and '{join.second}', {show(join.at)} and {show(join.second_at)}"
+        raise error_of(scene, f"two joins join the same edges {of}; remove one of them")
 
 
 def _edges_of(join: Join, shell: str) -> set[str]:
