@@ -27,8 +27,11 @@ def mean(a: Expr, b: Expr) -> Expr:
     return (a + b) / 2
 
 
-def stress_average(tau_a: Expr, tau_b: Expr, beta: Expr | float) -> Expr:
-    """Average stress with the dissipative jump of eq. (32): `(a+b)/2 + beta (b-a)/2`."""
+def stress_average(tau_a: Any, tau_b: Any, beta: Expr | float) -> Any:
+    """Average stress with the dissipative jump of eq. (32): `(a+b)/2 + beta (b-a)/2`.
+
+    Of linear laws that of the strains alike, as the pages of schemes have it in numbers.
+    """
     return (tau_a + tau_b) / 2 + beta * (tau_b - tau_a) / 2
 
 

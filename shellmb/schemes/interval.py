@@ -13,7 +13,7 @@ the strain energy (21). To the path with the mean `x` and the chord `D` these ar
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms.steps.discrete import mean
+from shellmb.forms.steps.discrete import mean, stress_average
 from shellmb.forms.steps.mixed import Interval
 from shellmb.schemes.notation import Acting, D, De, e, x
 
@@ -22,7 +22,7 @@ A, B = x - D / 2, x + D / 2
 
 def averaged(beta: float) -> Floats:
     """Strain of which the stress is, eqs. (22) and (32); without a jump `beta` is zero."""
-    return (e(A) + e(B)) / 2 + beta * (e(B) - e(A)) / 2
+    return stress_average(e(A), e(B), beta)
 
 
 def acting(beta: float) -> Acting:
