@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -16,6 +15,7 @@ from shellmb.cli.failures import App, failures_reported, first_rank, tell
 from shellmb.cli.options import (
     CheckOption,
     OutOption,
+    PictureOptions,
     PicturesOption,
     QuietOption,
     SceneArgument,
@@ -30,8 +30,8 @@ from shellmb.cli.options import (
 from shellmb.cli.report import announce, finish, print_list, print_numbers, say
 from shellmb.cli.study import sensitivities, study
 from shellmb.errors import SceneError
-from shellmb.options.described import option, options_of, read, take
-from shellmb.options.linear import LinearOptions, ModesOptions, ResponseOptions, numbers
+from shellmb.options.described import options_of, read, take
+from shellmb.options.linear import LinearOptions, ModesOptions, ResponseOptions
 from shellmb.options.run import ACCURACY, ELEMENTS, AccuracyOptions, Options, take_accuracy
 
 EXAMPLES = """Examples:
@@ -318,24 +318,6 @@ def _observers(quiet: bool) -> list[Any]:
     from shellmb.observers.progress import ProgressReport
 
     return [ProgressReport()]
-
-
-@dataclass(frozen=True)
-class PictureOptions:
-    """Choices of a picture of a run; from Python they are arguments of `Run.picture`."""
-
-    field: str | None = option("Field that the colours show: N, force, velocity, deformation, ...")
-    component: str | None = option("Component of the field, such as 11, z or norm (magnitude).")
-    t: float | None = option("Time; default: the last state.")
-    camera: Sequence[float] | None = option(
-        "Direction towards the eye, degrees, such as 30,-60.",
-        metavar="ELEVATION,AZIMUTH",
-        parse=numbers("--camera"),
-    )
-    width: int | None = option("Width of pictures in space, pixels.")
-    theme: Literal["light", "dark"] | None = option("Background: light (default) or dark.")
-    enlarge: float | None = option("Factor by which displacements are shown.")
-    axes: bool = option("Draw a box of axes with numbers and units.", default=False)
 
 
 RunArgument = Annotated[

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -13,7 +14,8 @@ import typer
 from typer.core import TyperCommand
 
 from shellmb.errors import SceneError
-from shellmb.options.described import Option, options_of
+from shellmb.options.described import Option, option, options_of
+from shellmb.options.linear import numbers
 from shellmb.options.run import ELEMENTS, Options
 
 if TYPE_CHECKING:
@@ -41,6 +43,24 @@ PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Do not draw
 JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 
 
+@dataclass(frozen=True)
+class PictureOptions:
+    """Choices of a picture of a run; from Python they are arguments of `Run.picture`."""
+
+    field: str | None = option("Field that the colours show: N, force, velocity, deformation, ...")
+    component: str | None = option("Component of the field, such as 11, z or norm (magnitude).")
+    t: float | None = option("Time; default: the last state.")
+    camera: Sequence[float] | None = option(
+        "Direction towards the eye, degrees, such as 30,-60.",
+        metavar="ELEVATION,AZIMUTH",
+        parse=numbers("--camera"),
+    )
+    width: int | None = option("Width of pictures in space, pixels.")
+    theme: Literal["light", "dark"] | None = option("Background: light (default) or dark.")
+    enlarge: float | None = option("Factor by which displacements are shown.")
+    axes: bool = option("Draw a box of axes with numbers and units.", default=False)
+
+
 def without_types(found: Any) -> Any:
     """Parameters, of which help shows no type where they are just on or off."""
     for parameter in found:
@@ -59,10 +79,10 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Look for former names before anything is parsed."""
         flags = {flag for parameter in self.params for flag in parameter.opts}
-        for option in options_of(Options):
-            former = option.about.former_flag
-            if option.flag in flags and any(a.partition("=")[0] == former for a in args):
-                raise typer.BadParameter(f"{former} is now called {option.flag}", ctx)
+        for known in options_of(Options):
+            former = known.about.former_flag
+            if known.flag in flags and any(a.partition("=")[0] == former for a in args):
+                raise typer.BadParameter(f"{former} is now called {known.flag}", ctx)
         return super().parse_args(ctx, args)
 
 
