@@ -105,10 +105,11 @@ class SpreadLoads:
             center: Centre of mass, where the frame is, shape (3,), m.
             length: Size of the body, m.
         """
+        if not self._dead:
+            return ()
         isolated, found = self._isolated, []
         arms = [isolated.arm(a, center) for a in range(3)]
-        # of many modes and nodes these are long: only loads read them
-        shapes = [isolated.moved(modes, a) for a in range(3) if self._dead]
+        shapes = [isolated.moved(modes, a) for a in range(3)]
         fields = np.column_stack([isolated.one(), *arms, *shapes])
         for dead in self._dead:
             sums = isolated.work(dead.profile, fields)
