@@ -116,10 +116,7 @@ def _scaled(matrices: list[PETSc.Mat], shift: float) -> tuple[PETSc.Vec, list[PE
     sizes.set(1.0)
     for power, A in enumerate(matrices):
         A.scale(shift**power)
-    at_shift = matrices[0].copy()
-    for A in matrices[1:]:
-        at_shift.axpy(1.0, A)
-    factors = sizes.copy()
+    at_shift, factors = sum(matrices[1:], matrices[0]), sizes.copy()
     for _ in range(ROUNDS):
         starts, _, values = at_shift.getValuesCSR()
         rows = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
