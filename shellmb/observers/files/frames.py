@@ -32,8 +32,6 @@ DIRECTOR_VELOCITIES = tuple(f"{name}_velocity" for name in DIRECTORS)
 XYZ = ("x", "y", "z")
 # a time this fraction of the interval before that of a frame is the frame's
 EARLY = 1e-6
-# wall time between two writings of the lists of files, at least, s: each of these is written whole
-LISTS = 1.0
 
 
 class RequestedFields:
@@ -118,7 +116,7 @@ class Frames(BaseObserver):
         self._sums: dict[str, str] = {}
         # numbers of frames that are not written yet, and their fields by the name of the grid
         self._pending: list[tuple[int, dict[str, dict[str, Floats]]]] = []
-        self._batches, self._lists = Batches(), Batches(LISTS)
+        self._batches = Batches()
 
     def start(self, simulation: Simulation) -> None:
         """Gather the grids and take the first frame, or list those of the earlier run."""
@@ -165,7 +163,6 @@ class Frames(BaseObserver):
                 if (self.clock or simulation).t > self._times[-1]:
                     self._take(simulation)
             self.write()
-            self._list()
         finally:
             # what cannot be written is lost
             self._pending.clear()
@@ -189,14 +186,9 @@ class Frames(BaseObserver):
             for name, files in self._files.items():
                 for number, fields in self._pending:
                     files.write(number, fields[name])
-            if self._lists.due():
-                self._list()
+            list_all(self._folder, self._files, self._times)
         self._pending.clear()
         self._batches.written()
-
-    def _list(self) -> None:
-        list_all(self._folder, self._files, self._times)
-        self._lists.written()
 
     def _go_on(self) -> None:
         """List the frames of the earlier run; a run does without those that are lost."""
@@ -206,7 +198,7 @@ class Frames(BaseObserver):
             for files in self._files.values()
             if not files.find(number, self._sums)
         ]
-        self._list()
+        list_all(self._folder, self._files, self._times)
         if missing:
             _log.warning(
                 "resume: lost or damaged in %s, and left out of the pictures: %s",

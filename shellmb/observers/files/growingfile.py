@@ -63,17 +63,14 @@ class Batches:
     Writing is cheap in a row, and dear between the steps of a simulation, whose numbers take its
     place in the processor's caches. Long steps are written one by one. What is collected has to be
     written before a state that counts on it, and at the end of the run, however it ends.
-
-    Args:
-        pause: Time between two of them, at least, s.
     """
 
-    def __init__(self, pause: float = BATCH) -> None:
-        self._pause, self._written = pause, -pause
+    def __init__(self) -> None:
+        self._written = -BATCH
 
     def due(self) -> bool:
         """Decide whether it is time to write."""
-        return clock.perf_counter() - self._written > self._pause
+        return clock.perf_counter() - self._written > BATCH
 
     def written(self) -> None:
         """All that was collected is written."""
