@@ -83,7 +83,7 @@ class TooFewModesError(ConvergenceError):
     """There are fewer modes than were requested.
 
     Args:
-        message: What happened and what to try; none: the number is said.
+        message: What happened and what to try; none: one with the number of modes.
         count: Number of modes that were requested.
         there: Number of modes that there are.
     """
