@@ -57,7 +57,8 @@ SLIDE = Prismatic("slide", "crank", axis=Z)
 BOTH = Cylindrical("both", "crank", axis=Z)
 SHELL_END = (
     "is shell 'plate', whose nodes have no frame; it must be the ground, a rigid body or a beam, "
-    "connected to it by a Weld or, to a shell, a ShellRevolute joint or an EdgeHinge along its edge"
+    "connected to it by a Weld (it is the second) or, to a shell, a ShellRevolute joint or an "
+    "EdgeHinge along its edge"
 )
 
 

@@ -51,8 +51,8 @@ def joint_rules(scene: Description, joint: Joint) -> Sentences:
         if not (body.framed or allowed):
             yield (
                 f"{which} is {said(body)}, whose nodes have no frame; it must be the ground, a "
-                "rigid body or a beam, connected to it by a Weld or, to a shell, a ShellRevolute "
-                "joint or an EdgeHinge along its edge"
+                "rigid body or a beam, connected to it by a Weld (it is the second) or, to a "
+                "shell, a ShellRevolute joint or an EdgeHinge along its edge"
             )
     along = second.region_names if joint.of_regions else ()
     if joint.of_regions and not second.directors and joint.second_at not in along:
