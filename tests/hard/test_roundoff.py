@@ -27,7 +27,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.newton import roundoff
+from shellmb.system.newton import convergence
 
 CELLS, G, Z = 5, 9.81, (0.0, 0.0, 1.0)
 # angle of the cranks to the base at the start, rad, and how fast they come down, rad/s
@@ -170,10 +170,10 @@ def test_a_state_that_is_no_solution_is_no_round_off() -> None:
     simulation.problem.solve(5e-3)
     x = system.x.copy()
     iteration.residual(x, system.b)
-    assert iteration.roundoff.left(system.b) < roundoff.NOISE
+    assert iteration.roundoff.left(system.b) < convergence.NOISE
     x.array[0] += 1e-12
     iteration.residual(x, system.b)
-    assert iteration.roundoff.left(system.b) > 10 * roundoff.NOISE
+    assert iteration.roundoff.left(system.b) > 10 * convergence.NOISE
 
 
 def test_what_nothing_determines_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
