@@ -178,7 +178,7 @@ def test_a_state_that_is_no_solution_is_no_round_off() -> None:
 
 def test_what_nothing_determines_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """With a reason of its own: smaller steps do not help."""
-    monkeypatch.setattr(roundoff, "STILL", 0.0)
+    monkeypatch.setattr(convergence, "STILL", 0.0)
     with pytest.raises(ConvergenceError, match=r"singular position.*nothing determines it"):
         Simulation(parallelograms("ep4", STRICT, step_control=StepControl(min_dt=5e-3))).run()
 

@@ -26,7 +26,7 @@ from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import together
 from shellmb.system.assembly.dependent_functions import following
 from shellmb.system.assembly.fields import DependentFunctions, Field, general_position
-from shellmb.system.assembly.meshgroups import DolfinxResiduals, Residuals, RowForm
+from shellmb.system.assembly.functionals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.numbering import Numbering, Numbers, most_entries
 from shellmb.system.couplings import Coupled, Coupling
 
