@@ -40,7 +40,7 @@ FAULTS: tuple[Fault, ...] = (
     # bodies with small strains
     Fault(
         "loaded modes of small strains without a word on forces",
-        "shellmb/diagnostics/stiffened_modes.py",
+        "shellmb/diagnostics/modes.py",
         "if share > STIFFENED]",
         "if share > 1e3]",
         (f"{SMALL}::test_what_is_said_is_what_beck_has_otherwise[modal]",),

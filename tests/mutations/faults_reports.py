@@ -31,7 +31,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "pulls of joints are sums of two steps",
-        "shellmb/diagnostics/forces/rolling.py",
+        "shellmb/diagnostics/forces/contacts.py",
         "(force + self._last.get(name, force)) / 2",
         "(force + self._last.get(name, force))",
         (

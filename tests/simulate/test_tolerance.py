@@ -13,7 +13,7 @@ from shellmb.demos.verification.problems.mechanisms import (
     double_pendulum,
     pendulum_centers,
 )
-from shellmb.diagnostics.step_error import ADDED
+from shellmb.diagnostics.steps import ADDED
 from shellmb.errors import SceneError
 from shellmb.options.run import Options
 from shellmb.running.execute import execute

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Cautions, Watch
+from shellmb.diagnostics.base import Cautions, Watch, said_of
 from shellmb.simulate.simulation import Simulation
 
 # what alternates, as a part of what does not
@@ -16,6 +16,9 @@ TURNS = 0.8
 STEPS = 50
 # part of the largest force, or torque: below is round-off
 NOTHING = 1e-9
+
+# relative change of an unknown by round-off alone that is said: six digits are enough
+KNOWN = 1e-6
 
 
 class Alternating(Watch):
@@ -144,3 +147,44 @@ def _share(f: Floats) -> float:
         return 0.0
     mean = _size(f[2:] + 2 * f[1:-1] + f[:-2])
     return _size(f[2:] - 2 * f[1:-1] + f[:-2]) / max(mean, 1e-300)
+
+
+class Undetermined(Watch):
+    """Watches what round-off alone changes in solutions."""
+
+    name = "round-off"
+    remembered = ("_largest",)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take what changed most in the last update, if that was round-off."""
+        what, change = simulation.problem.iteration.roundoff.found
+        self._note(self.name, change, simulation.t, what)
+
+    def cautions(self, simulation: Simulation) -> Cautions:
+        """A sentence if it is much."""
+        worst, when, *what = self._noted(self.name)
+        if worst > KNOWN:
+            says = (
+                f"the {what[0]} is known to {worst:.1e} of its largest value only, at "
+                f"t = {when:g}: constraints nearly depend on one another there, and "
+                "round-off decides how they share forces; use joints with fewer constraints, or do "
+                "not rely on their forces near such positions"
+            )
+            yield self.caution(None, worst, KNOWN, says)
+
+
+class Pointed(Watch):
+    """Watches where reserve factors are least."""
+
+    name = "singular stress"
+
+    def cautions(self, simulation: Simulation) -> Cautions:
+        """A sentence for each that is least at a point load."""
+        for name, load in self.sources.reserves.at_loads().items():
+            body = self.sources.reserves.critical(name).body
+            says = (
+                f"reserve '{name}' is least where a {load} acts on {said_of(simulation, body)}: it "
+                "falls towards zero with each refinement there; leave the place out by where, or "
+                "spread the load"
+            )
+            yield self.caution(body, None, None, says)
