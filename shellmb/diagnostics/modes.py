@@ -18,7 +18,6 @@ from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 
-SECTIONS = stiffened_modes, wrinkled_modes
 # part of a frequency that loads change at most where it is compared without them
 CHANGED = 0.2
 
@@ -162,6 +161,9 @@ def _doubtful(model: Model, name: str, modes: Sequence[Motion]) -> bool:
     signs = Signs(model, name)
     shapes = ((part(name), energy) for _, energy, (part, *_) in modes)
     return any(signs.doubtful(q, 0 * q, energy) for q, energy in shapes)
+
+
+SECTIONS = stiffened_modes, wrinkled_modes
 
 
 class DampedModes(Watch):

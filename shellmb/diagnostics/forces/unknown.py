@@ -1,4 +1,4 @@
-"""Forces that alternate from step to step, which have less to do with those in between."""
+"""Forces that are not known, as they alternate, are round-off or have no limit."""
 
 import re
 
