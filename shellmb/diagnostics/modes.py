@@ -14,7 +14,7 @@ from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalState
-from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
+from shellmb.preprocessing.modal.tangent import GeometricStiffness
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 

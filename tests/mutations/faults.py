@@ -221,14 +221,14 @@ FAULTS = (
     ),
     Fault(
         "springs whose natural length is forgotten",
-        "shellmb/model/elements/elements.py",
+        "shellmb/model/elements.py",
         "return self.x(q) - self.rest",
         "return self.x(q)",
         (f"{ACTING}::test_two_coordinates_of_a_cylindrical_joint",),
     ),
     Fault(
         "dampers that drive",
-        "shellmb/model/elements/elements.py",
+        "shellmb/model/elements.py",
         "return -self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx",
         "return self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx",
         (f"{ACTING}::test_damper_takes_out_exactly_its_work",),

@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements.elements import (
+from shellmb.model.elements import (
     BoundElement,
     bind_element,
     check_at_rest,

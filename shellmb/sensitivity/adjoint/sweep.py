@@ -19,9 +19,8 @@ from ufl import Form
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.schemes.base import END, Scheme
-from shellmb.sensitivity.adjoint.advance import Advance
 from shellmb.sensitivity.adjoint.multipliers import ROUND_OFF, TOLERANCE, Multipliers
-from shellmb.sensitivity.adjoint.steps import State, Step, put, relaxing, starts, unknowns
+from shellmb.sensitivity.adjoint.steps import Advance, State, Step, put, relaxing, starts, unknowns
 from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation

@@ -27,8 +27,7 @@ from shellmb.simulate.paths.branches import (
     sense,
     turned,
 )
-from shellmb.simulate.paths.levels import crossings, land, reached
-from shellmb.simulate.paths.limits import Limit, Whole, locate
+from shellmb.simulate.paths.levels import Limit, Whole, crossings, land, locate, reached
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep
 from shellmb.simulate.stepping import Attempt

@@ -1,13 +1,15 @@
-"""Generalized-alpha, the scheme of many multibody codes, for comparison."""
+"""Schemes of others, for comparison: generalized-alpha, and the paper's energy-decaying one."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from dolfinx import fem
+from ufl.core.expr import Expr
 
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.base import END, Levels, Rotations, Scheme, Stage, Tangent, Values
+from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.interval import at_state
 
 # a free rotation is too slow by `(1 + 10 alpha^2)/12` of its squared angle in a step (measured:
@@ -115,3 +117,41 @@ class GeneralizedAlpha(Scheme):
     ) -> dict[str, Values]:
         """Velocity and both accelerations at the end."""
         return dict(zip(self.rates, self.weights.end(q, rates, unknown[END], dt), strict=True))
+
+
+def _as_it_is(b: Expr, mid: Expr) -> Expr:
+    return b
+
+
+@dataclass(frozen=True)
+class EnergyDecayingAsPrinted(EnergyDecaying):
+    """ED with eq. (31) for all velocities, also along directors and constraints.
+
+    Its energy law is as exact. But eq. (31) ties velocities that constraints determine to a chord
+    that has no component along them (`forms.shell.tangent_jump` says why), which spoils the order:
+    wherever directors have inertia, or joints act.
+    """
+
+    name: str = "ed-printed"
+    title: str = "for comparison: energy decaying with eq. (31) everywhere, as printed"
+    jumps: bool = False
+
+    @property
+    def order(self) -> int:
+        """Order of accuracy in time; without dissipation it does not converge at all."""
+        return 1 if self.alpha > 0 else 0
+
+    def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
+        """The rows of ED, with the jump of eq. (31) as it is."""
+        return super().expand(replace(levels, tangent=_as_it_is), dt)
+
+    def advance(
+        self,
+        q: Values,
+        rates: Mapping[str, Values],
+        unknown: Mapping[str, Values],
+        dt: float,
+        tangent: Tangent,
+    ) -> dict[str, Values]:
+        """Velocity at the end, eq. (31)."""
+        return super().advance(q, rates, unknown, dt, lambda b, mid: b)
