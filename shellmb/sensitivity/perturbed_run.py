@@ -1,6 +1,7 @@
 """A shadow: a scene beside the one that runs, taken through the same steps by first derivatives.
 
-With it goes what observes it. This is the only module of the folder that touches the steps of a simulation.
+With it goes what observes it. This is the only module of the folder that touches the steps of a
+simulation.
 """
 
 from collections.abc import Callable, Mapping, Sequence

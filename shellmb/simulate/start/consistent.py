@@ -2,7 +2,8 @@
 
 Of all velocities that violate no constraint the nearest one in the metric of the kinetic energy is
 taken: `M (v - v0) + Dg^T mu = 0`, `Dg v = 0`. Mechanically that is an impact without restitution,
-whose impulses are the multipliers. Schemes whose rows take rates have them, too, where bodies are linked.
+whose impulses are the multipliers. Schemes whose rows take rates have
+them, too, where bodies are linked.
 """
 
 from collections.abc import Callable, Mapping, Sequence
