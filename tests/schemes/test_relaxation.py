@@ -13,7 +13,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.forms.steps.relaxation import Branch
+from shellmb.forms.steps.damping import Branch
 from shellmb.model.sections.branches import means
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.running.execute import execute

@@ -14,8 +14,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.joints import KINDS, Place
-from shellmb.forms.constraints.nodal import locked_kink
+from shellmb.forms.constraints.joints import KINDS, Place, locked_kink
 from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
