@@ -27,7 +27,7 @@ EVIDENCE = (BENCH, PAPER)
 EVIDENCE += tuple(f"shellmb.demos.{name}" for name in ("effects", "studies", "verification"))
 
 # a layer imports only layers of a smaller rank, and itself
-FIRST = ("errors", "arrays", "prefixes", "restart", "clock", "barrier", "guarding", "files")
+FIRST = ("errors", "arrays", "restart", "clock", "barrier", "guarding", "files")
 FIRST += ("stopping",)
 FLOW = ("scene", "options", "native", "meshes", "forms", "system", "model", "schemes")
 FLOW += ("preprocessing", "simulate", "observers", "diagnostics", "show", "running", "exchange")

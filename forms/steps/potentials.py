@@ -29,7 +29,7 @@ from collections.abc import Callable
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.coordinates import GAUSS, Stretch
+from shellmb.forms.constraints.elements import GAUSS, Stretch
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.mixed_nonlinear import tangent
 

@@ -16,9 +16,9 @@ from shellmb.native import library as native
 from shellmb.native import reference
 from shellmb.native.assembler import is_native
 from shellmb.native.library import CArrays, cell_dofs, doubles
-from shellmb.native.programs.algebra import array
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.forms import READ, Program, Structure, constant_places
+from shellmb.native.programs.geometry import array
 from shellmb.native.programs.graph import Input, Unsupported, linear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.tables import Points, Tables

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from shellmb import __version__
-from shellmb.files.plain import plain
-from shellmb.files.writing import write_text
+from shellmb.files.writing import plain, write_text
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum

@@ -220,7 +220,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "numbers that do not fit are cut",
-        "shellmb/accuracy/measuring/tables.py",
+        "shellmb/accuracy/measuring.py",
         "        table.width = natural\n",
         "        table.width = to.width\n",
         ("tests/measuring/test_measuring.py::test_no_number_is_cut[20]",),

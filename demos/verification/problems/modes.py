@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.states import about_state
+from shellmb.api.responding.linearise import about_state
 from shellmb.arrays import Floats
 from shellmb.demos.references.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.demos.verification.cases import Check, case

@@ -148,7 +148,7 @@ def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Pat
         size: What errors are relative to.
         file: The picture.
     """
-    from shellmb.accuracy.measuring.pictures import picture
+    from shellmb.observers.drawing import picture
 
     with picture(file, 6.0, 4.0) as made:
         axes = made.subplots()

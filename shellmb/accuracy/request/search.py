@@ -13,7 +13,7 @@ from shellmb.accuracy.companions import Change, degree_of
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged
 from shellmb.accuracy.estimates import RATIO, ErrorEstimate, step_error
 from shellmb.accuracy.family import Family, is_large
-from shellmb.accuracy.measuring.times import slowest
+from shellmb.accuracy.measuring import slowest
 from shellmb.accuracy.modes import ModeResults, mode_errors
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store

@@ -8,7 +8,7 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.coordinates import Stretch
+from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.measure import Measure, at_middle, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms

@@ -22,7 +22,7 @@ from shellmb.model.reduced.data import ModalBody
 from shellmb.preprocessing.modal.basis import Attachment, ReducedBody
 from shellmb.preprocessing.modal.supports import stays_rigid
 from shellmb.scene import RigidBody, Scene
-from shellmb.scene.checks.fields import has_field
+from shellmb.scene.checks.names import has_field
 from shellmb.scene.checks.whole import groups_of
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said

@@ -7,7 +7,7 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.locations import EDGES, check_place
+from shellmb.scene.checks.names import EDGES, check_place
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Description
 from shellmb.scene.lookup import connected

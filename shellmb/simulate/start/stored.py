@@ -18,7 +18,7 @@ from shellmb.errors import SceneError, alike, warn
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, read_bytes, read_json, read_series, unpacked
 from shellmb.model.signals import Signals, Way
-from shellmb.prefixes import below
+from shellmb.restart import below
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import listed, said

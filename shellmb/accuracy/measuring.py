@@ -1,14 +1,20 @@
-"""Tables from columns, on a terminal."""
+"""One method to record, tabulate and compare, for all that measures."""
 
+import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
+
+from mpi4py import MPI
 
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
+
+from shellmb.files.writing import plain, write_text
 
 Kind = Literal["number", "words", "folded"]
 # wider than any table, and what a column that folds has at least, letters
@@ -85,3 +91,52 @@ def console(width: int = 200, stderr: bool = False) -> Console:
 def line(to: Console, text: str) -> None:
     """A line of text as it is, however long."""
     to.print(text, markup=False, soft_wrap=True)
+
+
+def to_json(value: Any, **renamed: str) -> str:
+    """Plain values as JSON (`plain`)."""
+    return json.dumps(plain(value, **renamed), indent=1, allow_nan=False)
+
+
+def write(name: str, text: str, draw: Callable[[Path], None] | None, folder: Path) -> None:
+    """Write `NAME.json`, and `NAME.png` where there is something to draw; on the first rank.
+
+    Args:
+        name: What the files are called.
+        text: The JSON.
+        draw: Draws the picture into a file.
+        folder: Where; made if it is not there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / f"{name}.json", text + "\n")
+    if draw is not None:
+        draw(folder / f"{name}.png")
+
+
+def slowest(comm: MPI.Comm, seconds: float) -> float:
+    """The time of the slowest rank, which the others wait for; collective."""
+    return float(comm.allreduce(seconds, op=MPI.MAX))
+
+
+def spread(times: Sequence[float], typical: float) -> float:
+    """Difference of the slowest and the fastest round, relative to the typical one."""
+    return (max(times) - min(times)) / typical if typical > 0 else 0.0
+
+
+def unbeaten[P](
+    points: Iterable[P], time: Callable[[P], float], error: Callable[[P], float]
+) -> list[P]:
+    """Points that no other one beats in both error and time, the fastest first.
+
+    Args:
+        points: Points.
+        time: Of a point.
+        error: Of a point; infinite ones are left out.
+    """
+    found: list[P] = []
+    least = float("inf")
+    for point in sorted(points, key=lambda p: (time(p), error(p))):
+        if error(point) < least:
+            found.append(point)
+            least = error(point)
+    return found
