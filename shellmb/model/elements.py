@@ -31,7 +31,6 @@ from shellmb.model.user_forms import written
 from shellmb.scene import Scene
 from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointStop
 
 
@@ -76,25 +75,17 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
         coordinate: The coordinate it acts on.
         static: Whether the scene has no motion in time.
     """
-    match element:
-        case scene_elements.JointSpring():
-            k = _stiffness(element, static)
-            return BoundElement(element, coordinate, k, element.potential, element.rest)
-        case scene_elements.Spring():
-            natural = 0.0
-            if element.potential is None:
-                natural = coordinate.start if element.length is None else element.length
-            k, rest = _stiffness(element, static), natural - coordinate.start
-            return BoundElement(element, coordinate, k, element.potential, rest)
-        case scene_elements.JointDamper() | scene_elements.Damper():
-            return BoundElement(element, coordinate, element.damping or 0.0, element.law)
-        case scene_elements.JointStop():
-            return BoundElement(element, coordinate, element.stiffness, None)
-        case scene_elements.Motor():
-            held = element.command.mean if isinstance(element.command, Input) else 0.0
-            return BoundElement(element, coordinate, held, element.law)
-        case _:
-            raise NotImplementedError(f"no form for {element.label}")
+    held = element.command.mean if isinstance(element.command, Input) else 0.0
+    if not hasattr(element, "stiffness"):
+        return BoundElement(
+            element, coordinate, getattr(element, "damping", held) or 0.0, element.law
+        )
+    potential = getattr(element, "potential", None)
+    rest = getattr(element, "rest", 0.0)
+    if hasattr(element, "length"):
+        natural = coordinate.start if element.length is None else element.length
+        rest = (0.0 if potential else natural) - coordinate.start
+    return BoundElement(element, coordinate, _stiffness(element, static), potential, rest)
 
 
 def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:

@@ -334,7 +334,9 @@ def hold_glued(scene: Scene, every: Sequence[Glued], given: Prescribed) -> list[
         held = glued.held()
         glued.clamp(held)
         for support in scene.supports:
-            if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glued.shell.name:
+            if (support.rotation or support.translation) and scene.bodies_of(support)[
+                0
+            ].name == glued.shell.name:
                 moved = glued.driven(support) & ~held
                 glued.check_turned(support, moved, given)
                 who = f"the support Driven({support.at!r}) of '{glued.shell.name}'"

@@ -243,6 +243,11 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
                 )
 
 
+# joints that may hold a system that turns: whether on a line, and at a place, that must be the axis
+_HOLDING = {Revolute: (True, True), Cylindrical: (True, True), Spherical: (False, True)}
+_HOLDING |= {Distance: (False, True), Planar: (True, False), InPlane: (True, False)}
+
+
 def _check_bearing(scene: Scene, joint: Any, axis: Axis, size: float) -> None:
     """A joint to ground looks the same from a frame that turns."""
     bound = axis.axis, axis.about
@@ -250,16 +255,10 @@ def _check_bearing(scene: Scene, joint: Any, axis: Axis, size: float) -> None:
     places = [_place(scene, joint, owner, at) for owner, at in ends]
     on = next((p for (owner, _), p in zip(ends, places, strict=True) if owner == GROUND), None)
     on = on if on is not None else next((p for p in places if p is not None), None)
-    match joint:
-        case Revolute() | Cylindrical():
-            good = axis.along(joint.axis) and (on is None or axis.has(on, size))
-        case Spherical() | Distance():
-            good = on is None or axis.has(on, size)
-        case Planar() | InPlane():
-            good = axis.along(joint.normal)
-        case _:
-            good = False
-    if not good:
+    has_line, has_place = _HOLDING.get(type(joint), (False, False))
+    along = not has_line or axis.along(joint.lines[0])
+    through = not has_place or on is None or axis.has(on, size)
+    if not (has_line or has_place) or not (along and through):
         raise SceneError(
             f"modes: {joint.said} holds on to ground, which does not turn along about "
             f"{show(bound[0])} through {show(bound[1])}; it must be a revolute, cylindrical or "
