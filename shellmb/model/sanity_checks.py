@@ -257,7 +257,7 @@ def _by_loads(scene: Scene, of: ShellModel | BeamModel, E: float, density: float
         if scene.linear or body not in scene.bodies_of(load):
             continue
         name, over = _STRETCHING.get(type(load), ("", None))
-        value = getattr(load, name, None)
+        value: Any = getattr(load, name, None)
         if over is None or callable(value):
             continue
         stress = float(np.linalg.norm(value)) * over(density, length, h, width)

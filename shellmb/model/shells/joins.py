@@ -333,7 +333,8 @@ def hold_glued(scene: Scene, every: Sequence[Glued], given: Prescribed) -> list[
     for glued in every:
         held = glued.held()
         glued.clamp(held)
-        for support in scene.supports:
+        supports: tuple[Any, ...] = scene.supports
+        for support in supports:
             if (support.rotation or support.translation) and scene.bodies_of(support)[
                 0
             ].name == glued.shell.name:
