@@ -15,7 +15,7 @@ from dolfinx import fem
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError, warn
 from shellmb.forms import frame as frame_forms
-from shellmb.forms.surface import along
+from shellmb.forms.shell import along
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.nodes import (
     ON_NODE,

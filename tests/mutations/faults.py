@@ -120,7 +120,7 @@ FAULTS = (
     ),
     Fault(
         "second tangent vector to the other side",
-        "forms/surface.py",
+        "forms/shell.py",
         "return Surface(e1, ufl.cross(normal, e1), D)",
         "return Surface(e1, ufl.cross(e1, normal), D)",
         (f"{FIBRES}::test_pulled_fibres_turn_towards_the_load",),

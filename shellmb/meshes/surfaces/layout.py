@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.divided import HALVES, nodes_of
 from shellmb.meshes.raw import (
+    HALVES,
     Cell,
     boundary_facets,
     facets,
     geometry_element,
+    nodes_of,
     shape_functions,
     vertex_count,
 )

@@ -19,8 +19,7 @@ from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.floating import beam as floating
-from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.floating.geometric_stiffness import of_beam
+from shellmb.forms.floating.frame import frame_constraints, of_beam
 from shellmb.forms.frame import FrameMass, momenta, vectors
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam

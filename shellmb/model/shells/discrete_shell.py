@@ -15,10 +15,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
-from shellmb.forms.shell import ShellStrains
+from shellmb.forms.shell import ShellStrains, Surface, surface
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.surface import Surface, surface
 from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh

@@ -8,6 +8,7 @@ result with fewer unknowns, the beam's third director is the shell's.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from ufl.core.expr import Expr

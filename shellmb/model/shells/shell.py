@@ -16,15 +16,13 @@ from shellmb.forms import loads as forms
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.floating import shell as floating
-from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.floating.geometric_stiffness import of_shell
+from shellmb.forms.floating.frame import frame_constraints, of_shell
+from shellmb.forms.loads import Point
 from shellmb.forms.measure import Measure
-from shellmb.forms.shell import Mass, ShellStrains
+from shellmb.forms.shell import Mass, ShellStrains, Surface
 from shellmb.forms.steps.mixed import Interval, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
-from shellmb.forms.surface import Surface
-from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.body import LoadFactors, Manifold, Rates, largest
 from shellmb.model.frames.frame import FRAME, Floating

@@ -97,7 +97,7 @@ def bending_scales(model: Model) -> list[float]:
 
 
 class GeometricStiffness:
-    """Energies of squares of rotations about a frame, as of `forms.floating.geometric_stiffness`.
+    """Energies of squares of rotations about a frame, as of `forms.floating.frame`.
 
     Args:
         body: The shell or beam.

@@ -24,8 +24,7 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import together
-from shellmb.system.assembly.dependent_functions import following
-from shellmb.system.assembly.fields import DependentFunctions, Field, general_position
+from shellmb.system.assembly.fields import DependentFunctions, Field, following, general_position
 from shellmb.system.assembly.functionals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.numbering import Numbering, Numbers, most_entries
 from shellmb.system.couplings import Coupled, Coupling

@@ -25,8 +25,7 @@ from shellmb.clock import now
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.dependent_functions import Following
-from shellmb.system.assembly.fields import general_position
+from shellmb.system.assembly.fields import Following, general_position
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.condensation.matrix import reduced_matrix
