@@ -323,7 +323,7 @@ class BeamModel(FrameBody):
         return *e, *self.section.formulation.stored(e, self.forces(q))
 
     def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
-        """Energies of squares of rotations about a frame, as of `geometric_stiffness.of_beam`."""
+        """Energies of squares of rotations about a frame, as of `forms.floating.frame.of_beam`."""
         return of_beam(N, self.layout.part(q, "u"), R, self.line)
 
     def resultants(self, q: Expr) -> Expr:

@@ -236,7 +236,7 @@ class ShellModel(ElasticShell):
         return *strains.eps, *strains.kap, *strains.gam, formulation.psi(strains)
 
     def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
-        """Energies of squares of rotations about a frame, as of `geometric_stiffness.of_shell`."""
+        """Energies of squares of rotations about a frame, as of `forms.floating.frame.of_shell`."""
         return of_shell(N, self.layout.displacement(q), R, self.surface)
 
     def resultants(self, q: Expr) -> Expr:
