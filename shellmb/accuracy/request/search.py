@@ -16,9 +16,8 @@ from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.measuring import slowest
 from shellmb.accuracy.modes import ModeResults, mode_errors
 from shellmb.accuracy.request.choose import AIM, Choice, choose
-from shellmb.accuracy.request.levels import Level, Store
+from shellmb.accuracy.request.levels import Level, Store, Target, UnknownQuantity, frequency_number
 from shellmb.accuracy.request.messages import label, line, mesh_label, percent, seconds
-from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped, of_first
 from shellmb.meshes.lifetime import free
