@@ -275,7 +275,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "libraries that everybody can write are loaded",
         "shellmb/native/compiling/store.py",
-        "and not other_writers(library, found)",
+        "and not _other_writers(library, found)",
         "and found.st_size > 0",
         (
             "tests/attack/test_caches.py::test_whole_libraries_that_are_not_ours_are_made_anew"
