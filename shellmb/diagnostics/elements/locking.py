@@ -56,8 +56,8 @@ def excess(body: ShellModel, q: Floats, share: float) -> float:
         q: Local array of its state or mode.
         share: Of jumps of resultants in its strain energy, `s`.
     """
-    mesh, d = Mesh(body), body.node_directors()[:, 0] + q[body.mixed.dofs["w"]].reshape(-1, 3)
-    if not mesh.distorted or mesh.proneness(d) < PRONE:
+    measures, d = Mesh(body), body.node_directors()[:, 0] + q[body.mixed.dofs["w"]].reshape(-1, 3)
+    if not measures.distorted or measures.proneness(d) < PRONE:
         return 0.0
     return share / max(1 - 1.5 * share, 0.2)
 
