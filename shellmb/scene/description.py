@@ -132,9 +132,9 @@ class Description:
         return (*self.shells, *self.beams)
 
     @property
-    def weights(self) -> tuple[Gravity, ...]:
+    def weights(self) -> tuple[Any, ...]:
         """The loads that are weights."""
-        return tuple(load for load in self.loads if isinstance(load, Gravity))
+        return tuple(load for load in self.loads if load.weighs)
 
     @property
     def prescribed(self) -> list[tuple[Any, str, Any]]:

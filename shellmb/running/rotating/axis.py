@@ -142,10 +142,10 @@ def bearing(scene: Scene) -> Axis | None:
         if support.rotation is not None:
             return Axis(support.axis, support.about)
     for joint in scene.joints:
-        if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
+        if _HOLDING.get(type(joint)) == (True, True) and _grounded(joint):
             place = _place(scene, joint, joint.first, joint.at)
             if place is not None:
-                return Axis(joint.axis, place.tolist())
+                return Axis(joint.lines[0], place.tolist())
     return None
 
 
