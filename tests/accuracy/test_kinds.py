@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
-from shellmb.accuracy.companions import with_steps
 from shellmb.accuracy.errors import execute_with_errors
+from shellmb.accuracy.family import with_steps
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.request.levels import Store, Target
 from shellmb.accuracy.request.search import Running, Search

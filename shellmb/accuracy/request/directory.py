@@ -11,7 +11,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import sides_of, with_fewer
+from shellmb.accuracy.family import sides_of, with_fewer
 from shellmb.accuracy.request.levels import (
     KEPT,
     LEVELS,

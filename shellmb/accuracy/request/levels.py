@@ -14,8 +14,7 @@ from mpi4py import MPI
 
 import pandas as pd
 
-from shellmb.accuracy.companions import Change
-from shellmb.accuracy.family import Family
+from shellmb.accuracy.family import Change, Family
 from shellmb.accuracy.run_record import RunRecord
 from shellmb.accuracy.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
 from shellmb.errors import SceneError, of_first

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10
 from pathlib import Path
 
-from shellmb.accuracy.companions import Change
+from shellmb.accuracy.family import Change
 from shellmb.accuracy.request.choose import Choice, choose
 from shellmb.accuracy.request.levels import Level
 from shellmb.accuracy.studies.quantity import Quantity

@@ -9,10 +9,9 @@ from math import isfinite
 from mpi4py import MPI
 
 from shellmb.accuracy.caveats import NO_LIMIT
-from shellmb.accuracy.companions import Change, degree_of
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged
 from shellmb.accuracy.estimates import RATIO, ErrorEstimate, step_error
-from shellmb.accuracy.family import Family, is_large
+from shellmb.accuracy.family import Change, Family, degree_of, is_large
 from shellmb.accuracy.measuring import slowest
 from shellmb.accuracy.modes import ModeResults, mode_errors
 from shellmb.accuracy.request.choose import AIM, Choice, choose

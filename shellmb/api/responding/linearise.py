@@ -169,8 +169,8 @@ def _errors(
     scene: Scene, about: LinearOptions, chosen: ResponseOptions, numbers: dict[str, float]
 ) -> dict[str, float]:
     """Errors of numbers by the mesh, from the response on a finer one."""
-    from shellmb.accuracy.companions import Change
     from shellmb.accuracy.estimates import mesh_error
+    from shellmb.accuracy.family import Change
 
     there = find(about_state(Change(mesh=2).apply(scene), about), chosen).numbers
     return {name: mesh_error(abs(value - there[name])).error for name, value in numbers.items()}
