@@ -273,7 +273,7 @@ def resumed(
 
         begin()
         return _of_levels(out, resume_request(out, given, file, trust, comm, pictures, **how))
-    from shellmb.running.resuming.resume import resume as go_on
+    from shellmb.running.resume import resume as go_on
 
     begin()
     how |= {"comm": comm, "pictures": pictures, "trust": trust}

@@ -33,7 +33,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize.control import ErrorSize
+from shellmb.simulate.stepsize import ErrorSize
 
 # a motion smaller than so many step errors is not known to a tenth of it
 KNOWN = 10.0

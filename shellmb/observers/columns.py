@@ -16,7 +16,7 @@ from weakref import proxy
 from shellmb.files.writing import open_new
 from shellmb.observers.deferred_observer import Row
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.stepsize.control import ErrorSize
+from shellmb.simulate.stepsize import ErrorSize
 
 # what follows an event's name
 ON = ".on"

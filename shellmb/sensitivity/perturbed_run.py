@@ -22,7 +22,7 @@ from shellmb.observers.files.described import describe
 from shellmb.observers.summary import summarise
 from shellmb.running.execute import RunResult, take_up
 from shellmb.running.results import measured, write_summary
-from shellmb.running.resuming.saved import read_saved
+from shellmb.running.saved import read_saved
 from shellmb.running.standard import STATE, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint

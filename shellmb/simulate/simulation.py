@@ -32,8 +32,8 @@ from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
-from shellmb.simulate.stepsize.control import ErrorSize, LoadSize, StepSize
-from shellmb.simulate.stepsize.target_times import Count, Landing, near
+from shellmb.simulate.stepsize import ErrorSize, LoadSize, StepSize
+from shellmb.simulate.target_times import Count, Landing, near
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"

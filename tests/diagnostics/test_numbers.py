@@ -13,7 +13,7 @@ import pytest
 
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import RunWarning
-from shellmb.diagnostics.forces.unknown import Alternating, Undetermined
+from shellmb.diagnostics.unknown_forces import Alternating, Undetermined
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Ball,

@@ -12,8 +12,8 @@ import ufl
 from scipy.integrate import solve_ivp
 
 import shellmb as sm
-from shellmb.diagnostics.forces import unknown
-from shellmb.diagnostics.forces.unknown import Undetermined
+from shellmb.diagnostics import unknown_forces
+from shellmb.diagnostics.unknown_forces import Undetermined
 from shellmb.errors import ConvergenceError
 from shellmb.scene import (
     GROUND,
@@ -188,7 +188,7 @@ def test_forces_that_round_off_decides_are_said() -> None:
     watch = Undetermined(sources=None)  # type: ignore[arg-type]
     simulation.run([watch])
     ((change, t, what),) = watch.state()["largest"].values()
-    bound = unknown.KNOWN
+    bound = unknown_forces.KNOWN
     assert "multiplier of revolute joints" in what
     # what is less than a millionth is not worth a word
     assert 0 < change < bound

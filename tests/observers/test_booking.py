@@ -12,8 +12,8 @@ from shellmb.observers import deferred_observer
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.forces.reactions import ArmCarrier
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.resuming.resume import resume
-from shellmb.running.resuming.saved import read_saved
+from shellmb.running.resume import resume
+from shellmb.running.saved import read_saved
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import (
     GROUND,

@@ -22,7 +22,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize.control import ErrorSize
+from shellmb.simulate.stepsize import ErrorSize
 
 
 @pytest.mark.parametrize("scheme", ["ep4", "ed3"])

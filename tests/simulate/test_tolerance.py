@@ -37,7 +37,7 @@ from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepping import difference
-from shellmb.simulate.stepsize.control import AIM, ErrorSize
+from shellmb.simulate.stepsize import AIM, ErrorSize
 
 # with the most dissipation, where there is one
 # rivals are there to be compared with steps that are fixed

@@ -166,7 +166,7 @@ def _execute(
 ) -> RunResult:
     """Run the scene with those beside it, and write what there is of each."""
     from shellmb.running.execute import execute
-    from shellmb.running.resuming.resume import resume
+    from shellmb.running.resume import resume
     from shellmb.sensitivity.paths import PathTangents
     from shellmb.sensitivity.perturbed_run import PerturbedScene
     from shellmb.sensitivity.tangent import Pair, Tangents

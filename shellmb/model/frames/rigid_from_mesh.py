@@ -19,7 +19,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import BeamModel, build_beam
-from shellmb.model.hinges.edges import edges_together, hinge_line
+from shellmb.model.joints.edge_hinges import edges_together, hinge_line
 from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel

@@ -15,7 +15,6 @@ from shellmb.model.elements import (
     coordinate_of,
     element_groups,
 )
-from shellmb.model.hinges.edges import bind_hinges
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
     COLUMN,
@@ -26,6 +25,7 @@ from shellmb.model.joints.coordinates import (
     distance_coordinate,
     joint_coordinate,
 )
+from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,

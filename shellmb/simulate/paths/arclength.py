@@ -31,7 +31,7 @@ from shellmb.simulate.paths.levels import Limit, Whole, crossings, land, locate,
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep
 from shellmb.simulate.stepping import Attempt
-from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.stepsize import StepSize
 from shellmb.system.newton.bordered import Bordered
 
 # Largest step, where the scene does not say: relative to the first one; or, if that is more, the

@@ -25,7 +25,7 @@ from shellmb.observers.history import read_history
 from shellmb.running import execute as executing
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import Output, StepControl
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.stopping import STOPPING

@@ -13,7 +13,7 @@ from functools import lru_cache
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.schemes import corners
-from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.stepsize import StepSize
 
 # times that differ by this fraction of a step, or by so many spacings of floating-point numbers,
 # are one: somebody has computed or written them down with fewer digits

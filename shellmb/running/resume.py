@@ -15,7 +15,7 @@ from shellmb.running.execute import RunResult, execute, take_up
 from shellmb.running.loader import SceneModule
 from shellmb.running.request import REQUEST, Request, StoredRequest, read_request
 from shellmb.running.results import Results
-from shellmb.running.resuming.saved import has_begun, read_saved
+from shellmb.running.saved import has_begun, read_saved
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Difference, differences, fingerprint

@@ -10,8 +10,8 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.model.hinges.frames import EdgeFrames, Point, Sum
 from shellmb.model.joints.coordinates import BoundCoordinate
+from shellmb.model.joints.edge_frames import EdgeFrames, Point, Sum
 from shellmb.model.joints.joints import BoundJoint, FindEnd
 from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
