@@ -1,13 +1,13 @@
 """One method to record, tabulate and compare, for all that measures."""
 
+from __future__ import annotations
+
 import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
 from rich.measure import Measurement
@@ -15,6 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 from shellmb.files.writing import plain, write_text
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 Kind = Literal["number", "words", "folded"]
 # wider than any table, and what a column that folds has at least, letters
@@ -115,7 +118,7 @@ def write(name: str, text: str, draw: Callable[[Path], None] | None, folder: Pat
 
 def slowest(comm: MPI.Comm, seconds: float) -> float:
     """The time of the slowest rank, which the others wait for; collective."""
-    return float(comm.allreduce(seconds, op=MPI.MAX))
+    return float(max(comm.allgather(seconds)))
 
 
 def spread(times: Sequence[float], typical: float) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.exchange.motion import SceneMotion
-from shellmb.files.checksums import as_list
+from shellmb.files.writing import as_list
 from shellmb.running.loader import load, scene_of
 from shellmb.scene.control.signals import inputs_of
 from shellmb.simulate.target_times import near

@@ -1,15 +1,17 @@
-"""Files that are written whole or not at all, and never through a link.
+"""Files that are written whole or not at all, never through a link, and sealed by checksums.
 
 A run directory may come from somebody else, and what looks like a file in it may be a link to any
 file of the user's. So a file is written under a name of its own and takes its place in one go: what
 stood there, a file or a link, is replaced, and what a link points to is left alone.
 """
 
+import hashlib
+import json
 import math
 import os
 import stat
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -20,6 +22,9 @@ import numpy as np
 from shellmb.errors import RunError
 
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+
+# name, in a JSON file, of the checksum of all the rest
+CHECKSUM = "sha256"
 
 
 @contextmanager
@@ -129,3 +134,51 @@ def plain(value: Any, **renamed: str) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return plain(value.tolist(), **renamed)
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def checksum(content: bytes) -> str:
+    """SHA-256 of the content of a file.
+
+    Args:
+        content: It.
+    """
+    return hashlib.sha256(content).hexdigest()
+
+
+def as_list(array: Any) -> Any:
+    """An array for JSON.
+
+    Args:
+        array: It.
+    """
+    return array.tolist()
+
+
+def add_checksum(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a JSON file with their checksum.
+
+    Args:
+        values: Plain values; a checksum among them does not count.
+    """
+    plain = {name: value for name, value in values.items() if name != CHECKSUM}
+    text = json.dumps(plain, sort_keys=True, default=as_list)
+    return {**plain, CHECKSUM: checksum(text.encode())}
+
+
+def is_intact(values: Mapping[str, Any]) -> bool:
+    """Decide whether values that were read have the checksum that they were written with.
+
+    Args:
+        values: They.
+    """
+    return values.get(CHECKSUM) == add_checksum(values)[CHECKSUM]
+
+
+def seal_grid(content: bytes) -> bytes:
+    """A file of a grid with its checksum, in a comment behind its first line.
+
+    Args:
+        content: Its content, which is XML.
+    """
+    first, _, rest = content.partition(b"\n")
+    return b"\n".join((first, f"<!-- sha256 {checksum(first + rest)} -->".encode(), rest))

@@ -10,8 +10,8 @@ from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from shellmb.errors import SceneError, alike, of_first
-from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, first_error, read_bytes, read_json
+from shellmb.files.writing import checksum, is_intact
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY

@@ -11,7 +11,7 @@ import pytest
 
 from shellmb.api.runs import load
 from shellmb.errors import ControlError, SceneError, ShellmbWarning, Stopped
-from shellmb.files.checksums import add_checksum
+from shellmb.files.writing import add_checksum
 from shellmb.observers.history import read_history
 from shellmb.running.execute import execute
 from shellmb.running.resume import resume

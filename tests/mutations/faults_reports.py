@@ -41,7 +41,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "nodes lie on sides from twice as far",
-        "shellmb/meshes/files/gaps.py",
+        "shellmb/meshes/files/joined.py",
         "NEAR = 1e-2",
         "NEAR = 2e-2",
         (

@@ -24,9 +24,8 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.files.checksums import checksum, seal_grid
 from shellmb.files.reading import read_bytes
-from shellmb.files.writing import write_bytes, write_text
+from shellmb.files.writing import checksum, seal_grid, write_bytes, write_text
 from shellmb.model.locations.nodes import Meshed
 
 # list of the files of all grids

@@ -13,7 +13,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.files.checksums import add_checksum
+from shellmb.files.writing import add_checksum
 from shellmb.observers.files.checkpoint import FORMAT
 from shellmb.observers.history import read_history
 from shellmb.running.loader import load as load_scene
