@@ -76,12 +76,12 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
         static: Whether the scene has no motion in time.
     """
     held = element.command.mean if isinstance(element.command, Input) else 0.0
+    # dampers and motors
     if not hasattr(element, "stiffness"):
-        return BoundElement(
-            element, coordinate, getattr(element, "damping", held) or 0.0, element.law
-        )
-    potential = getattr(element, "potential", None)
-    rest = getattr(element, "rest", 0.0)
+        parameter = getattr(element, "damping", held) or 0.0
+        return BoundElement(element, coordinate, parameter, element.law)
+    potential, rest = getattr(element, "potential", None), getattr(element, "rest", 0.0)
+    # of springs between points
     if hasattr(element, "length"):
         natural = coordinate.start if element.length is None else element.length
         rest = (0.0 if potential else natural) - coordinate.start
