@@ -21,7 +21,7 @@ from shellmb.show.pictures import shown_shape
 from shellmb.show.space.colours import MARKS
 from shellmb.show.space.display import canvas
 from shellmb.show.space.scenery import JOINTS, OBSTACLES, RIGID, THIN, Showing, Stage, showing
-from shellmb.show.space.smooth import Pieces
+from shellmb.show.space.shapes import Pieces
 from shellmb.show.space.views import ACROSS, Appearance, directions, view_of
 
 # a card and the band below it with the bar, pixels; drawn larger by so much, and reduced

@@ -15,7 +15,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from shellmb.accuracy.measuring.tables import Column
+from shellmb.accuracy.measuring import Column
 from shellmb.accuracy.studies.advice import TARGETS
 from shellmb.demos.studies.bundled import BUNDLED
 from shellmb.demos.verification.measuring import markdown, replaced

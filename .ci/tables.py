@@ -22,7 +22,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from shellmb.accuracy.measuring.tables import Column
+from shellmb.accuracy.measuring import Column
 from shellmb.demos.references.tables import read
 from shellmb.demos.verification.measuring import markdown, replaced
 from shellmb.demos.verification.table import find_cases

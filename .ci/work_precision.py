@@ -23,7 +23,7 @@ from typing import Any
 
 import jsonschema  # type: ignore[import-untyped]
 
-from shellmb.accuracy.measuring.tables import Column
+from shellmb.accuracy.measuring import Column
 from shellmb.demos.studies.bundle import Bundled
 from shellmb.demos.studies.bundled import BUNDLED
 from shellmb.demos.verification.measuring import markdown

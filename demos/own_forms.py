@@ -74,8 +74,7 @@ def linear_membrane_strains(u: Any, w: Any, surf: Any) -> Any:
     """The strains of the paper, with the linear membrane strain in place of Green-Lagrange's."""
     import ufl
 
-    from shellmb.forms.shell import shell_strains
-    from shellmb.forms.surface import along
+    from shellmb.forms.shell import along, shell_strains
 
     u1, u2 = along(u, surf.e1), along(u, surf.e2)
     eps = ufl.as_vector(

@@ -57,9 +57,9 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.frame import ACROSS, Vectors, vectors
 from shellmb.forms.measure import Measure, quadratic
+from shellmb.forms.shell import along, unit
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import MixedSection
-from shellmb.forms.surface import along, unit
 
 
 class Line(NamedTuple):

@@ -35,7 +35,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.surface import Surface, unit
+from shellmb.forms.shell import Surface, unit
 
 # numbers of a cell's forces: weights, polynomials, constants, and those beside twist
 COUNT = 15

@@ -15,7 +15,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from shellmb.guarding.library_options import isolate
+from shellmb.guarding import isolate
 
 __version__ = "0.1.0"
 

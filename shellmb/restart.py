@@ -1,4 +1,4 @@
-"""States of objects for a restart: copies of some of their attributes."""
+"""States of objects for a restart: copies of some of their attributes, and mappings of these."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -137,3 +137,8 @@ def with_arrays(state: Any, arrays: Mapping[str, Any]) -> Any:
         *way, last = path.split("/")
         reduce(getitem, way, whole)[last] = array
     return whole
+
+
+def below[V](entries: Mapping[str, V], prefix: str) -> dict[str, V]:
+    """Entries whose keys begin with a prefix, without it."""
+    return {k.removeprefix(prefix): v for k, v in entries.items() if k.startswith(prefix)}

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 from shellmb.errors import Stopped
-from shellmb.guarding.signals import SIGNALS
+from shellmb.guarding import SIGNALS
 
 _PIPE = getattr(signal, "SIGPIPE", None)
 # what a shell adds to the number of the signal that ended a process

@@ -27,7 +27,7 @@ EVIDENCE = (BENCH, PAPER)
 EVIDENCE += tuple(f"shellmb.demos.{name}" for name in ("effects", "studies", "verification"))
 
 # a layer imports only layers of a smaller rank, and itself
-FIRST = ("errors", "arrays", "prefixes", "restart", "clock", "barrier", "guarding", "files")
+FIRST = ("errors", "arrays", "restart", "clock", "barrier", "guarding", "files")
 FIRST += ("stopping",)
 FLOW = ("scene", "options", "native", "meshes", "forms", "system", "model", "schemes")
 FLOW += ("preprocessing", "simulate", "observers", "diagnostics", "show", "running", "exchange")
@@ -58,7 +58,7 @@ MAX_MODULES, NO_ROOM = 12, {"demos"}
 # exceeded, and whoever lands less writes down less. A core that stands beside the one that it
 # replaces is added as a term of its own, with the name of the branch that takes it away again.
 # 3 658 of the lines of Python are relaxation, responses, failure, exchange and membranes.
-MOST_LINES = {"Python": 56_257, "C": 2_084}
+MOST_LINES = {"Python": 56_001, "C": 2_084}
 # so much less than that, and it has to be written down
 LESS = 300
 
@@ -280,7 +280,7 @@ def test_nothing_of_others_is_replaced() -> None:
     """Python's library, UFL, DOLFINx and PETSc run as they were written; FFCx but for a search."""
     ours = [module for module in MODULES if module.startswith("shellmb")]
     found = {module: names for module in ours if (names := replacements(module))}
-    streams = found.pop("shellmb.guarding.streams", set())
+    streams = found.pop("shellmb.guarding", set())
     assert streams <= {"setattr(sys, name, open(os.devnull, mode))"}
     assert found == REPLACED
 
@@ -343,7 +343,7 @@ def test_descriptors_of_the_process_stay_open() -> None:
         for n in parsed(m)
         if isinstance(n, ast.Attribute | ast.Name) and ast.unparse(n) in taking
     }
-    assert found == {"shellmb.guarding.streams"}
+    assert found == {"shellmb.guarding"}
 
 
 def test_measuring_knows_nobody_who_measures() -> None:

@@ -7,8 +7,7 @@ from operator import itemgetter
 
 from rich.text import Text
 
-from shellmb.accuracy.measuring.records import to_json
-from shellmb.accuracy.measuring.tables import Column, console, print_table
+from shellmb.accuracy.measuring import Column, console, print_table, to_json
 from shellmb.demos.effects.compare import Change, Comparison
 from shellmb.demos.effects.survey import Row, Survey
 

@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from rich.console import Console
 
-from shellmb.accuracy.measuring.times import slowest
+from shellmb.accuracy.measuring import slowest
 from shellmb.clock import CHOSEN, now
 from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.native.kernels import watched

@@ -12,7 +12,7 @@ from demos.paper.example import Example
 from demos.paper.make import find_examples, make
 from demos.paper.page import PAGE, differences, with_table
 from demos.paper.report import print_made
-from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring import to_json
 from shellmb.cli.failures import App, failures_reported, first_rank, tell
 from shellmb.cli.options import JsonOption, PicturesOption
 from shellmb.cli.report import say

@@ -8,7 +8,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from demos.paper.make import Judged
-from shellmb.accuracy.measuring.tables import Column
+from shellmb.accuracy.measuring import Column
 from shellmb.demos.verification.measuring import markdown, replaced
 
 __all__ = ["PAGE", "differences", "with_table"]

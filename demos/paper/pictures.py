@@ -14,8 +14,8 @@ from matplotlib.colors import ListedColormap, Normalize
 from PIL import Image, ImageChops, ImageDraw, ImageFont
 
 from demos.paper.example import Figure, Results
-from shellmb.accuracy.measuring.pictures import picture
 from shellmb.files.writing import drafted
+from shellmb.observers.drawing import picture
 from shellmb.observers.files.described import read_described
 from shellmb.show.fields import Fields
 from shellmb.show.space.animation import write

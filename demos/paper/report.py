@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from demos.paper.make import Judged, Made
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table
+from shellmb.accuracy.measuring import Column, console, line, print_table
 from shellmb.demos.verification.measuring import verdict
 
 __all__ = ["print_made"]

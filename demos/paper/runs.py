@@ -19,7 +19,7 @@ from shellmb.observers.progress import ProgressReport
 from shellmb.options.run import Options
 from shellmb.running.execute import INTERRUPTED, execute
 from shellmb.running.request import REQUEST, Request, read_request
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.running.standard import HISTORY, SUMMARY
 from shellmb.scene import Scene
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from rich.text import Text
 
-from shellmb.accuracy.measuring.tables import Column
+from shellmb.accuracy.measuring import Column
 
 
 class Stopwatch:

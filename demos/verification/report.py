@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from shellmb.accuracy.measuring.records import to_json
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table
+from shellmb.accuracy.measuring import Column, console, line, print_table, to_json
 from shellmb.cli.report import say
 from shellmb.demos.verification.measuring import verdict
 from shellmb.demos.verification.table import Row, run_cases

@@ -25,6 +25,10 @@ in-plane        `e3 . (x2 - x1) = 0`                                            
 fixed point      spherical, a point of a frame and one without directors             3
 shell revolute  spherical, `e1 . E3 = e2 . E3 = 0` (eq. 35)                         5
 ==============  ==================================================================  =====
+
+Constraints between single nodes; all at most quadratic, so the mid-point gradient is exact.
+
+`g(q_b) - g(q_a) = Dg(q_m)[q_b - q_a]` holds for each of them, hence their multipliers do no work.
 """
 
 from collections.abc import Callable, Mapping
@@ -133,3 +137,21 @@ KINDS: dict[str, JointKind] = {
 }
 # what users add to the table is looked through, which takes a hundredth of a second for each kind
 BUNDLED = frozenset(kind.constraints for kind in KINDS.values())
+
+
+def locked_kink(d1: Expr, d2: Expr, reference: Expr) -> Expr:
+    """Two smooth parts of a shell keep the angle between their directors at a common edge.
+
+    The two directors have four parameters, the rotation of the kinked edge three: one constraint.
+
+    Args:
+        d1: Director of the first part, shape (3,).
+        d2: Director of the second part, shape (3,).
+        reference: Value of `d1 . d2` in the reference configuration.
+    """
+    return ufl.dot(d1, d2) - reference
+
+
+def in_plane(q: Expr, normal: Expr) -> Expr:
+    """A nodal vector (displacement, director change) stays in the plane with the given normal."""
+    return ufl.dot(q, normal)

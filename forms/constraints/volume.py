@@ -37,10 +37,10 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.held import ConstraintRow, Held, JumpRow, VelocityJump
 from shellmb.forms.materials import log_of_one_and
+from shellmb.forms.shell import Surface, along
 from shellmb.forms.steps.discrete import mean, variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.forms.surface import Surface, along
 
 
 class Patch(NamedTuple):

@@ -15,7 +15,7 @@ from shellmb.forms.beam import Line, LineTangents, line_tangents, rest_tangents,
 from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.forms.measure import Measure, quadratic
-from shellmb.forms.surface import along
+from shellmb.forms.shell import along
 
 
 def carried_tangents(frame: Expr, ref: Line) -> LineTangents:

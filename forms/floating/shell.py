@@ -20,8 +20,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import vectors
 from shellmb.forms.measure import Measure, quadratic
-from shellmb.forms.shell import Tangents, reference_tangents, strain_form, tangents
-from shellmb.forms.surface import Surface
+from shellmb.forms.shell import Surface, Tangents, reference_tangents, strain_form, tangents
 
 
 def carried_tangents(frame: Expr, surf: Surface) -> Tangents:

@@ -10,7 +10,7 @@ whose rate is the projection of `e'` on linear functions of time::
 
 and `S_0 + S_1 P1` is the projection of `psi'(E(tau))` on linear functions by two Gauss points.
 There `E` is `<s> -+ (e_f - e_i)/(2 sqrt(3))`. The stresses act on strains that are quadratic in the
-state by (Q2), on others as `forms.steps.general_strains` says. What two points leave is made good
+state by (Q2), on others as `forms.steps.stress_work` says. What two points leave is made good
 along the chord of the strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996)
 449-467)::
 
@@ -44,7 +44,6 @@ from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import TINY_INCREMENT, discrete_gradient, gradient
-from shellmb.forms.steps.general_strains import POINTS, StrainPath
 from shellmb.forms.steps.mixed import (
     Densities,
     Interval,
@@ -54,7 +53,7 @@ from shellmb.forms.steps.mixed import (
     split,
 )
 from shellmb.forms.steps.path import Step
-from shellmb.forms.steps.stress_work import added
+from shellmb.forms.steps.stress_work import POINTS, StrainPath, added
 
 type Energy = Callable[[Expr], Expr]
 

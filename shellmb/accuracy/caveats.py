@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import isinf
 
-from shellmb.accuracy.companions import SHAPELESS, Change
 from shellmb.accuracy.estimates import RATIO, ErrorEstimate
+from shellmb.accuracy.family import SHAPELESS, Change
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.scene import Scene

@@ -12,15 +12,6 @@ from itertools import pairwise
 from typing import Any
 
 from shellmb.accuracy.caveats import remarks
-from shellmb.accuracy.companions import (
-    SHAPELESS,
-    Change,
-    degree_of,
-    elements_of,
-    has_resultants,
-    is_reduced,
-    prefers_degree,
-)
 from shellmb.accuracy.estimates import (
     CAUTION,
     NONE,
@@ -33,7 +24,16 @@ from shellmb.accuracy.estimates import (
     model_error,
     step_error,
 )
-from shellmb.accuracy.family import Family
+from shellmb.accuracy.family import (
+    SHAPELESS,
+    Change,
+    Family,
+    degree_of,
+    elements_of,
+    has_resultants,
+    is_reduced,
+    prefers_degree,
+)
 from shellmb.accuracy.run_record import RunRecord, damped, difference, keep
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from math import isfinite
 
 from shellmb.accuracy.caveats import of_own
-from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import (
     NONE,
     ErrorEstimate,
@@ -13,6 +12,7 @@ from shellmb.accuracy.estimates import (
     mesh_error,
     model_error,
 )
+from shellmb.accuracy.family import Change, degree_of, is_reduced, prefers_degree
 from shellmb.errors import ShellmbError, Stopped, unsaid
 from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured

@@ -192,7 +192,7 @@ def run(
         with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
             found: Any = wanted.run(place.directory, place.comm, draw, observers=observers)
         return place.held_by(found)
-    from shellmb.accuracy.request.target import UnknownQuantity, frequency_number
+    from shellmb.accuracy.request.levels import UnknownQuantity, frequency_number
 
     how: dict[str, Any] = {"observers": observers, "modes": False}
     if shown and place.comm.rank == 0:
@@ -273,7 +273,7 @@ def resumed(
 
         begin()
         return _of_levels(out, resume_request(out, given, file, trust, comm, pictures, **how))
-    from shellmb.running.resuming.resume import resume as go_on
+    from shellmb.running.resume import resume as go_on
 
     begin()
     how |= {"comm": comm, "pictures": pictures, "trust": trust}

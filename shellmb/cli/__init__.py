@@ -14,7 +14,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 from shellmb.errors import Stopped
-from shellmb.guarding.streams import open_closed
+from shellmb.guarding import open_closed
 from shellmb.stopping import EXIT, STOPPING
 
 open_closed()

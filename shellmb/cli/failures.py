@@ -15,7 +15,7 @@ import typer
 
 from shellmb.cli.options import Command
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
-from shellmb.guarding.streams import Stream, Unprinted
+from shellmb.guarding import Stream, Unprinted
 from shellmb.running.error_origin import in_words, user_frame
 from shellmb.stopping import EXIT, STOPPING, several_ranks
 

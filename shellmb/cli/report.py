@@ -138,7 +138,7 @@ def print_sensitivities(found: Sensitivities) -> None:
 def _print_warnings(sentences: Iterable[str]) -> None:
     from rich.markup import escape
 
-    from shellmb.accuracy.measuring.tables import console
+    from shellmb.accuracy.measuring import console
 
     for sentence in sentences:
         console().print(f"[bold yellow]warning:[/] {escape(sentence)}", soft_wrap=True)
@@ -148,7 +148,7 @@ def _print_columns(
     heads: Sequence[str], rows: Iterable[Sequence[str]], show_header: bool = True
 ) -> None:
     """Print a table whose cells are there already; the first column names the rows."""
-    from shellmb.accuracy.measuring.tables import Column, console, print_table
+    from shellmb.accuracy.measuring import Column, console, print_table
 
     columns = [
         Column(head, itemgetter(k), "number" if k else "words") for k, head in enumerate(heads)

@@ -136,8 +136,7 @@ def _finish(done: list[Done], as_json: bool, pictures: bool) -> None:
     """Print and write what was found, on the first rank."""
     if not first_rank() or not done:
         return
-    from shellmb.accuracy.measuring.records import to_json, write
-    from shellmb.accuracy.measuring.tables import console
+    from shellmb.accuracy.measuring import console, to_json, write
     from shellmb.accuracy.studies.picture import draw
     from shellmb.accuracy.studies.report import print_finding
 

@@ -2,21 +2,16 @@
 
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import Watch
-from shellmb.diagnostics.damped_modes import DampedModes
+from shellmb.diagnostics.between import Between
+from shellmb.diagnostics.contacts import Contacts, Lifting, Slipping, TouchingFaces
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
-from shellmb.diagnostics.forces.alternating import Alternating
-from shellmb.diagnostics.forces.between import Between
-from shellmb.diagnostics.forces.contacts import Contacts, TouchingFaces
-from shellmb.diagnostics.forces.pointed import Pointed
-from shellmb.diagnostics.forces.rolling import Lifting, Slipping
-from shellmb.diagnostics.forces.undetermined import Undetermined
-from shellmb.diagnostics.forces.unresolved import Unresolved
+from shellmb.diagnostics.modes import DampedModes
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.diagnostics.statics import LimitPoints, PathEnd, Unstable
-from shellmb.diagnostics.step_error import StepErrors
-from shellmb.diagnostics.turns import LargeTurns, StiffSpin
+from shellmb.diagnostics.steps import LargeTurns, StepErrors, StiffSpin, Unresolved
+from shellmb.diagnostics.unknown_forces import Alternating, Pointed, Undetermined
 
 # what is nearest to the cause comes first
 WATCHES: tuple[type[Watch], ...] = (

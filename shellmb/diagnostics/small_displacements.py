@@ -8,10 +8,9 @@ from shellmb.model.body import strain_energy
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
-from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
 from shellmb.preprocessing.modal.isolated import lowest_frequency
 from shellmb.preprocessing.modal.stretched import Parts, stiffening
-from shellmb.preprocessing.modal.tangent import bending_scale
+from shellmb.preprocessing.modal.tangent import GeometricStiffness, bending_scale
 from shellmb.scene.checks.schemes import SMALL_ANGLE
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.simulation import Simulation

@@ -15,8 +15,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.files.checksums import seal_grid
 from shellmb.files.reading import read_bytes
+from shellmb.files.writing import seal_grid
 
 
 def read_grid(file: Path, only: str | None = None) -> vtkUnstructuredGrid:

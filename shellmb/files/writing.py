@@ -1,21 +1,30 @@
-"""Files that are written whole or not at all, and never through a link.
+"""Files that are written whole or not at all, never through a link, and sealed by checksums.
 
 A run directory may come from somebody else, and what looks like a file in it may be a link to any
 file of the user's. So a file is written under a name of its own and takes its place in one go: what
 stood there, a file or a link, is replaced, and what a link points to is left alone.
 """
 
+import hashlib
+import json
+import math
 import os
 import stat
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import numpy as np
 
 from shellmb.errors import RunError
 
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+
+# name, in a JSON file, of the checksum of all the rest
+CHECKSUM = "sha256"
 
 
 @contextmanager
@@ -104,3 +113,72 @@ def make_folder(folder: Path) -> None:
             "there",
             alone=True,
         )
+
+
+def plain(value: Any, **renamed: str) -> Any:
+    """Values that JSON knows: no dataclasses, and null for what is not finite.
+
+    Args:
+        value: Numbers, texts, containers of them, dataclasses; one with a `to_dict` says itself
+            what is kept of it.
+        renamed: Names of fields that are called otherwise in JSON, where Python has a word for it.
+    """
+    if hasattr(value, "to_dict"):
+        value = value.to_dict()
+    if is_dataclass(value):
+        value = {f.name: getattr(value, f.name) for f in fields(value)}
+    if isinstance(value, dict):
+        return {renamed.get(key, key): plain(item, **renamed) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item, **renamed) for item in value]
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist(), **renamed)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def checksum(content: bytes) -> str:
+    """SHA-256 of the content of a file.
+
+    Args:
+        content: It.
+    """
+    return hashlib.sha256(content).hexdigest()
+
+
+def as_list(array: Any) -> Any:
+    """An array for JSON.
+
+    Args:
+        array: It.
+    """
+    return array.tolist()
+
+
+def add_checksum(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a JSON file with their checksum.
+
+    Args:
+        values: Plain values; a checksum among them does not count.
+    """
+    plain = {name: value for name, value in values.items() if name != CHECKSUM}
+    text = json.dumps(plain, sort_keys=True, default=as_list)
+    return {**plain, CHECKSUM: checksum(text.encode())}
+
+
+def is_intact(values: Mapping[str, Any]) -> bool:
+    """Decide whether values that were read have the checksum that they were written with.
+
+    Args:
+        values: They.
+    """
+    return values.get(CHECKSUM) == add_checksum(values)[CHECKSUM]
+
+
+def seal_grid(content: bytes) -> bytes:
+    """A file of a grid with its checksum, in a comment behind its first line.
+
+    Args:
+        content: Its content, which is XML.
+    """
+    first, _, rest = content.partition(b"\n")
+    return b"\n".join((first, f"<!-- sha256 {checksum(first + rest)} -->".encode(), rest))

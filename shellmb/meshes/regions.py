@@ -11,8 +11,16 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError, warn
-from shellmb.meshes.divided import Part, divided, uniform
-from shellmb.meshes.raw import RawMesh, boundary_facets, box, cell_cross, shape_functions
+from shellmb.meshes.raw import (
+    Part,
+    RawMesh,
+    boundary_facets,
+    box,
+    cell_cross,
+    divided,
+    shape_functions,
+    uniform,
+)
 from shellmb.scene.values.validate import in_words
 
 # points along a side of an element at which it is looked whether they are inside

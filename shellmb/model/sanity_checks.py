@@ -1,7 +1,7 @@
 """Warnings if a model is hardly what is meant: sizes, units, shapes, edges that nothing joins."""
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -15,7 +15,7 @@ from dolfinx import fem
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError, warn
 from shellmb.forms import frame as frame_forms
-from shellmb.forms.surface import along
+from shellmb.forms.shell import along
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.nodes import (
     ON_NODE,
@@ -236,6 +236,17 @@ def _scale(scene: Scene) -> tuple[str, str] | None:
     return None
 
 
+# loads that stretch bodies: where they say how large they are, and the stress over that by density,
+# length, height and width
+_STRETCHING: dict[type, tuple[str, Callable[[float, float, float, float], float]]] = {
+    Gravity: ("acceleration", lambda density, length, h, width: density * length),
+    PointForce: ("force", lambda density, length, h, width: 1 / (h * width)),
+    EdgeForce: ("force", lambda density, length, h, width: 1 / h),
+    SurfaceForce: ("force", lambda density, length, h, width: length / h),
+    Pressure: ("p", lambda density, length, h, width: length / h),
+}
+
+
 def _by_loads(scene: Scene, of: ShellModel | BeamModel, E: float, density: float) -> str:
     """Doubt loads that would stretch a body by a multiple of itself; empty: none."""
     body: Any = of.described
@@ -245,19 +256,12 @@ def _by_loads(scene: Scene, of: ShellModel | BeamModel, E: float, density: float
         # where all is linear, loads have any size
         if scene.linear or body not in scene.bodies_of(load):
             continue
-        if isinstance(load, Gravity):
-            stress = density * math.hypot(*load.acceleration) * length
-        elif isinstance(load, PointForce):
-            stress = math.hypot(*load.force) / (h * width)
-        elif isinstance(load, EdgeForce) and not callable(load.force):
-            stress = math.hypot(*load.force) / h
-        elif isinstance(load, SurfaceForce) and not callable(load.force):
-            stress = math.hypot(*load.force) * length / h
-        elif isinstance(load, Pressure) and not callable(load.p):
-            stress = abs(load.p) * length / h
-        else:
+        name, over = _STRETCHING.get(type(load), ("", None))
+        value: Any = getattr(load, name, None)
+        if over is None or callable(value):
             continue
-        if stress > (FALLS if isinstance(load, Gravity) else FLOWS) * E:
+        stress = float(np.linalg.norm(value)) * over(density, length, h, width)
+        if stress > (FALLS if load.weighs else FLOWS) * E:
             return (
                 f"{said(load)} causes stresses of about {stress:.3g}, {stress / E:.3g} times E = "
                 f"{E:.4g}"

@@ -1,4 +1,4 @@
-"""Expressions at points of cells."""
+"""Expressions at points of cells, as programs of the loops in C or by DOLFINx."""
 
 import math
 from collections.abc import Callable
@@ -9,14 +9,19 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
+from ufl.domain import extract_domains
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
 from shellmb.native import reference
 from shellmb.native.assembler import is_native
 from shellmb.native.library import CArrays, cell_dofs, doubles
-from shellmb.native.programs.expressions import program_of
-from shellmb.native.programs.graph import Unsupported
+from shellmb.native.programs.building import Rule
+from shellmb.native.programs.forms import READ, Program, Structure, constant_places
+from shellmb.native.programs.geometry import array
+from shellmb.native.programs.graph import Input, Unsupported, linear
+from shellmb.native.programs.reading import ARGUMENT, Reader
+from shellmb.native.programs.tables import Points, Tables
 
 # of a line
 MIDDLE = np.array([[0.5]])
@@ -68,8 +73,8 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
 
     def find(states: Floats) -> Floats:
         found = np.zeros((len(states), cells, size))
-        for values, array in zip(found, states, strict=True):
-            place[:] = array
+        for values, given in zip(found, states, strict=True):
+            place[:] = given
             values[:] = now()[:, 0]
         return found
 
@@ -80,7 +85,7 @@ class _CellValues:
     """Values in cells of a mesh by the loop over them in C; arguments as above."""
 
     def __init__(self, value: Expr, points: Floats, domain: mesh.Mesh, cells: slice | Ints) -> None:
-        program, structure = program_of(value, points)
+        program, structure = _program_of(value, points)
         self._lib, pointer = native.cells().lib, CArrays()
         address = np.array([program.address(pointer)])
         self._constants = [address, *(c.value.reshape(-1) for c in structure.constants)]
@@ -123,3 +128,36 @@ class _CellValues:
         found = np.zeros(self._shape)
         self._lib.residual(*self._loop, doubles(found))
         return found
+
+
+def _program_of(value: Expr, points: Floats) -> tuple[Program, Structure]:
+    """An expression without arguments as a program, whose rows are points and their components.
+
+    Args:
+        value: The expression.
+        points: Points on the reference element, shape (n, dimension).
+
+    Returns:
+        The program, and functions and Constants that it reads.
+
+    Raises:
+        Unsupported: If it has something that programs do not have.
+    """
+    structure = Structure([value])
+    coefficients = structure.coefficients
+    domain: Any = extract_domains(value)[0]
+    key = structure.key, repr(domain.ufl_coordinate_element()), points.tobytes()
+    if key not in READ:
+        places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
+        tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
+        known = constant_places(structure.constants)
+        reader = Reader(domain, coefficients, known, [], tables.vanishes)
+        values = array(reader.tensor(value)).ravel()
+        tables.at_points(len(values))
+        none = (0,) * domain.topological_dimension
+        parts: Any = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
+        rule = Rule(reader, linear(parts, reader.graph.zero), 1, places, tables)
+        steady = np.zeros(sum(f.ufl_element().dim for f in coefficients), bool)
+        READ[key] = [Program([rule], [len(values)], steady, 0, 1)]
+    (program,) = READ[key]
+    return program, structure

@@ -1,8 +1,9 @@
 """Curves drawn with matplotlib: their style, figures that need no display, and their files."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -73,3 +74,22 @@ def drawn(plot: Callable[[], Figure], file: Path) -> None:
     """
     with ThreadPoolExecutor(max_workers=1) as thread:
         thread.submit(lambda: save_figure(plot(), file)).result()
+
+
+@contextmanager
+def picture(
+    path: Path, width: float, height: float, style: Mapping[Any, Any] | None = None
+) -> Iterator[Figure]:
+    """A figure to draw on, which is written then.
+
+    Args:
+        path: PNG file; its folder is made if it is not there.
+        width: Width, inches.
+        height: Height, inches.
+        style: Parameters of matplotlib beside the usual ones.
+    """
+    with mpl.rc_context({**STYLE, **(style or {})}):
+        made = figure(width, height)
+        yield made
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_figure(made, path)

@@ -10,8 +10,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_bytes
+from shellmb.observers.columns import Batches, GrowingFile
 from shellmb.observers.deferred_observer import DeferredObserver
-from shellmb.observers.files.growingfile import Batches, GrowingFile
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what every history begins and ends with

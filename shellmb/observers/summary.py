@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from shellmb import __version__
-from shellmb.files.plain import plain
-from shellmb.files.writing import write_text
+from shellmb.files.writing import plain, write_text
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -123,7 +122,7 @@ def jump_error(rows: Sequence[Mapping[str, float]]) -> dict[str, Any] | None:
     `a`, `b` of velocities of eq. (31), is of second order in the step where the motion is
     resolved. Measured: of second order in a rigid mechanism, of about first order where a sudden
     load excites all frequencies (`shellmb study`, column "jump"). The step control rejects and
-    chooses steps by it (`StepControl.jump_tolerance`, `simulate.stepsize.control`).
+    chooses steps by it (`StepControl.jump_tolerance`, `simulate.stepsize`).
 
     It is an indicator of the error of one step and no bound on that of the state, which is of
     another order and adds up over the steps. What it is good for: to see *when* a run is least

@@ -35,8 +35,7 @@ from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import OBSERVED, Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.summary import summarise, write_json
-from shellmb.prefixes import below
-from shellmb.restart import with_arrays
+from shellmb.restart import below, with_arrays
 from shellmb.running.directory import claimed, written
 from shellmb.running.error_origin import in_words, user_frame
 from shellmb.running.loader import is_file_name

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.files.checksums import add_checksum, checksum, is_intact
 from shellmb.files.reading import Damaged, first_error, read_json
+from shellmb.files.writing import add_checksum, checksum, is_intact
 from shellmb.options.described import of_today
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load

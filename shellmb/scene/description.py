@@ -25,7 +25,6 @@ from shellmb.scene.multibody.elements import (
     PointElement,
 )
 from shellmb.scene.multibody.joints import GROUND, Joint
-from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe, Reserve
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
@@ -33,7 +32,7 @@ from shellmb.scene.settings import Output, PathFollowing, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.types import NONE, NOTHING, Completed, Name, Several
 from shellmb.scene.units import check_order, parse_units
-from shellmb.scene.values.bodies import Ground, SceneBody
+from shellmb.scene.values.bodies import Ground, SceneBody, UserBody
 from shellmb.scene.values.validate import described, kind_of, listed, said
 
 type Body = Shell | Beam | RigidBody | UserBody
@@ -133,9 +132,9 @@ class Description:
         return (*self.shells, *self.beams)
 
     @property
-    def weights(self) -> tuple[Gravity, ...]:
+    def weights(self) -> tuple[Any, ...]:
         """The loads that are weights."""
-        return tuple(load for load in self.loads if isinstance(load, Gravity))
+        return tuple(load for load in self.loads if load.weighs)
 
     @property
     def prescribed(self) -> list[tuple[Any, str, Any]]:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.checks.fields import has_field
+from shellmb.scene.checks.names import has_field
 from shellmb.scene.checks.whole import check
 from shellmb.scene.description import Description
 from shellmb.scene.initial import FromRun, FromShape

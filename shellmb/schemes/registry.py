@@ -10,8 +10,7 @@ from shellmb.schemes.base import END, Scheme
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
-from shellmb.schemes.rivals.ed_printed import EnergyDecayingAsPrinted
-from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
+from shellmb.schemes.rivals import EnergyDecayingAsPrinted, GeneralizedAlpha
 from shellmb.schemes.static import Linear, Static
 
 SCHEMES: dict[str, Callable[[float], Scheme]] = {

@@ -30,8 +30,8 @@ from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize.control import LEAST
-from shellmb.simulate.stepsize.target_times import near
+from shellmb.simulate.stepsize import LEAST
+from shellmb.simulate.target_times import near
 
 # scenes at both sides of a parameter
 type Sides = tuple[PerturbedRun, PerturbedRun]

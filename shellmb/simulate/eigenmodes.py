@@ -14,8 +14,7 @@ from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import NONE
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.direct.inertia import Inertia
-from shellmb.system.direct.mumps import new_prefix
+from shellmb.system.direct.mumps import Inertia, new_prefix
 from shellmb.system.direct.symmetry import is_symmetric, sizes_of
 from shellmb.system.eigenvalues import eigenpairs, quotients
 

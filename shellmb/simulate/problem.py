@@ -30,9 +30,8 @@ from shellmb.schemes.residuals.pathforms import StepForms, step_forms
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Pairs, Predictor
-from shellmb.simulate.scaled_rates import Arrays, ScaledRates, flight
-from shellmb.simulate.start.consistent import VelocityProjection
-from shellmb.simulate.stepsize.target_times import rounded
+from shellmb.simulate.start.consistent import Arrays, ScaledRates, VelocityProjection, flight
+from shellmb.simulate.target_times import rounded
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
     DependentFunctions,

@@ -17,11 +17,10 @@ from shellmb.meshes.shared import Meshes
 from shellmb.model.model import Model
 from shellmb.model.rank_consistency import same_on_all
 from shellmb.native.assembler import assembled_as
-from shellmb.prefixes import below
 from shellmb.preprocessing.bodyfields import relative_size
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.constraint_analysis.redundancy import singular
-from shellmb.restart import Restartable, arrays_of, with_arrays, without_arrays
+from shellmb.restart import Restartable, arrays_of, below, with_arrays, without_arrays
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin
 from shellmb.schemes.base import Scheme, StateArrays, levels_arrays, live_arrays
@@ -33,8 +32,8 @@ from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
-from shellmb.simulate.stepsize.control import ErrorSize, LoadSize, StepSize
-from shellmb.simulate.stepsize.target_times import Count, Landing, near
+from shellmb.simulate.stepsize import ErrorSize, LoadSize, StepSize
+from shellmb.simulate.target_times import Count, Landing, near
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"

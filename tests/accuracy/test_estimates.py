@@ -8,10 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from shellmb.accuracy.companions import Change
 from shellmb.accuracy.errors import Companions, execute_with_errors, judged
 from shellmb.accuracy.estimates import GROWING, SAFETY, Estimate, mesh_error, step_error
-from shellmb.accuracy.family import Family
+from shellmb.accuracy.family import Change, Family
 from shellmb.accuracy.run_record import RunRecord, alternating, damped
 from shellmb.running.execute import execute
 from shellmb.show.account import with_error

@@ -12,12 +12,11 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
-from shellmb.accuracy.companions import with_steps
 from shellmb.accuracy.errors import execute_with_errors
+from shellmb.accuracy.family import with_steps
 from shellmb.accuracy.modes import frequencies, mode_errors
-from shellmb.accuracy.request.levels import Store
+from shellmb.accuracy.request.levels import Store, Target
 from shellmb.accuracy.request.search import Running, Search
-from shellmb.accuracy.request.target import Target
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes

@@ -14,7 +14,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.accuracy.caveats import remarks
-from shellmb.accuracy.companions import Change
+from shellmb.accuracy.family import Change
 from shellmb.accuracy.request.choose import choose, mesh_order, work
 from shellmb.accuracy.request.levels import Level
 from shellmb.accuracy.request.messages import offers

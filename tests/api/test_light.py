@@ -22,8 +22,7 @@ def test_import_loads_nothing_heavy() -> None:
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
     loaded = set(found.stdout.split())
     ours = {name for name in loaded if name.partition(".")[0] == "shellmb"}
-    rooms = {"shellmb", "shellmb.guarding"}
-    assert ours == rooms | {f"shellmb.guarding.{name}" for name in ("library_options", "signals")}
+    assert ours == {"shellmb", "shellmb.guarding"}
     # of Python's own what reads the user's options: each costs, so few are enough
     others = {name.partition(".")[0] for name in loaded - ours}
     assert others <= sys.stdlib_module_names and len(loaded) < 90

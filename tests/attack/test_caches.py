@@ -14,7 +14,6 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import pytest
 
 from shellmb.errors import RunError
-from shellmb.guarding import permissions
 from shellmb.native import library as native
 from shellmb.native.compiling import source as making
 from shellmb.native.compiling import store
@@ -176,12 +175,12 @@ def make_grouped(monkeypatch: pytest.MonkeyPatch):
 
     def grouped(group, accounts=()) -> None:
         known = [SimpleNamespace(pw_name=name, pw_gid=os.getgid()) for name in (USER, *accounts)]
-        monkeypatch.setattr(permissions.grp, "getgrgid", lambda number: group)
-        monkeypatch.setattr(permissions.pwd, "getpwall", lambda: known)
-        permissions._is_private.cache_clear()
+        monkeypatch.setattr(store.grp, "getgrgid", lambda number: group)
+        monkeypatch.setattr(store.pwd, "getpwall", lambda: known)
+        store._is_private.cache_clear()
 
     yield grouped
-    permissions._is_private.cache_clear()
+    store._is_private.cache_clear()
 
 
 @pytest.mark.parametrize("open_", [".", "fenics"])

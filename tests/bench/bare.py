@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import slowest
+from shellmb.accuracy.measuring import slowest
 from shellmb.clock import now
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals

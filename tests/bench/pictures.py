@@ -9,7 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from shellmb.accuracy.measuring.pictures import picture
+from shellmb.observers.drawing import picture
 from tests.bench.bars import exponents
 from tests.bench.record import PARTS, Measured
 

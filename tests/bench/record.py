@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median_low
 
-from shellmb.accuracy.measuring.times import spread
+from shellmb.accuracy.measuring import spread
 
 # the parts of a step that are measured inside it, in the order in which they are drawn
 PARTS = ("residual_s", "jacobian_s", "reduction_s", "factor_s", "solve_s", "observers_s")

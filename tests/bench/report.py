@@ -11,8 +11,7 @@ from typing import Any
 
 from rich.console import Console
 
-from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table
+from shellmb.accuracy.measuring import Column, console, line, print_table, to_json, write
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.demos.effects.stepping import WARM, measured_in

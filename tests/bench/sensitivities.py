@@ -21,8 +21,7 @@ from shellmb.running.loader import load
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.sensitivity.adjoint.backwards import Reading
-from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
-from shellmb.sensitivity.adjoint.elementwise import changes
+from shellmb.sensitivity.adjoint.elementwise import ElementField, changes, varying
 from shellmb.sensitivity.adjoint.steps import Steps
 from shellmb.sensitivity.adjoint.sweep import Sweep
 from shellmb.sensitivity.parameters import (
@@ -31,7 +30,7 @@ from shellmb.sensitivity.parameters import (
     differentiated,
     parameters_of,
 )
-from shellmb.sensitivity.paths.tangent import PathTangents
+from shellmb.sensitivity.paths import PathTangents
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Observer, Simulation

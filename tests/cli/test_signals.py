@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from shellmb.guarding.signals import held
+from shellmb.guarding import held
 from shellmb.running.request import Request
 
 # a signal comes while a module is looked for: of the commands, of DOLFINx, of PETSc

@@ -8,7 +8,7 @@ import pytest
 
 from shellmb.errors import Stopped
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import InitialVelocity, Solver
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.contact.test_faces import SPEED, plates

@@ -11,10 +11,10 @@ import pytest
 
 from shellmb.api.runs import load
 from shellmb.errors import ControlError, SceneError, ShellmbWarning, Stopped
-from shellmb.files.checksums import add_checksum
+from shellmb.files.writing import add_checksum
 from shellmb.observers.history import read_history
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import (
     PID,
     Acceleration,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from shellmb.diagnostics.base import RunWarning
-from shellmb.diagnostics.forces.alternating import Alternating
+from shellmb.diagnostics.unknown_forces import Alternating
 from shellmb.observers.summary import Sources
 from shellmb.running.execute import execute
 from shellmb.scene import (

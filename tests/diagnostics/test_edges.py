@@ -8,8 +8,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.demos.verification.problems.elements.plane import quarter_ring
-from shellmb.diagnostics.elements.coarse import Coarse
-from shellmb.diagnostics.elements.edges import edges_of
+from shellmb.diagnostics.elements.coarse import Coarse, edges_of
 from shellmb.diagnostics.elements.finer import energy_of
 from shellmb.observers.fields.nodal import state
 from shellmb.running.natural_modes.run import find_buckling
@@ -170,7 +169,7 @@ def test_moments_that_loads_bring_to_an_edge() -> None:
 ALONE = """
 from mpi4py import MPI
 import shellmb as sm
-from shellmb.diagnostics.elements.edges import spanning
+from shellmb.diagnostics.elements.coarse import spanning
 from shellmb.model.model import Model
 
 section = sm.Isotropic(1.0, 0.3, thickness=1e-2, density=1.0)

@@ -13,8 +13,7 @@ import pytest
 
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import RunWarning
-from shellmb.diagnostics.forces.alternating import Alternating
-from shellmb.diagnostics.forces.undetermined import Undetermined
+from shellmb.diagnostics.unknown_forces import Alternating, Undetermined
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Ball,
@@ -39,7 +38,7 @@ from shellmb.scene import (
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving
 from shellmb.schemes.registry import SCHEMES
-from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
+from shellmb.schemes.rivals import GeneralizedAlpha
 
 ROTOR = RigidBody("rotor", 1.0, (0.3, 0.4, 0.5))
 STILL = Scene("rotor", rigid_bodies=ROTOR, scheme="ep", dt=0.1, t_end=0.1)

@@ -35,7 +35,7 @@ from shellmb.scene import (
 )
 from shellmb.scene.checks.ignored_settings import doubts
 from shellmb.schemes.ep import EnergyPreserving
-from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
+from shellmb.schemes.rivals import GeneralizedAlpha
 from shellmb.show.account import account
 from shellmb.simulate.simulation import Simulation
 

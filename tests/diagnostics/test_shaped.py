@@ -21,7 +21,7 @@ from shellmb.diagnostics.elements.finer import compared
 from shellmb.errors import Stopped
 from shellmb.observers.fields.nodal import state
 from shellmb.running.execute import execute
-from shellmb.running.resuming.saved import read_saved
+from shellmb.running.saved import read_saved
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.diagnostics.test_coarse import tube

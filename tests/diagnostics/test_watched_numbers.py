@@ -7,8 +7,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from shellmb.diagnostics.forces.contacts import Contacts, impacts
-from shellmb.diagnostics.forces.rolling import Lifting
+from shellmb.diagnostics.contacts import Contacts, Lifting, impacts
 
 
 @pytest.mark.parametrize(("steps", "said"), [(2.5, True), (3.0, True), (4.5, False), (8, False)])

@@ -21,7 +21,7 @@ DESCRIBED = re.compile(r"^ +\w+:", re.MULTILINE)
 SHOWN = ("forms", "shellmb/api", "shellmb/scene", "shellmb/schemes", "shellmb/errors.py")
 # sentences of errors that stay: of what is written to disk
 MESSAGES = {
-    ("shellmb/native/compiling/compiler.py", "room"),
+    ("shellmb/native/compiling/source.py", "room"),
     ("shellmb/native/compiling/store.py", "room"),
 }
 # made when the documentation is built

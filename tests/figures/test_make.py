@@ -13,7 +13,7 @@ from demos.paper.example import Example, Figure, Results, Run, Statement, Verdic
 from demos.paper.make import Made, find_examples, make
 from demos.paper.report import print_made
 from demos.paper.runs import finish, request_of
-from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring import to_json
 from shellmb.errors import SceneError, Stopped
 from shellmb.running.execute import execute
 from shellmb.simulate.simulation import BaseObserver, Simulation

@@ -26,8 +26,7 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.show.fields import Fields
-from shellmb.show.space.shapes import read_state, shape_of
-from shellmb.show.space.smooth import lattice
+from shellmb.show.space.shapes import lattice, read_state, shape_of
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 

@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 from ufl.variable import Variable
 
 from shellmb.forms import materials
-from shellmb.forms.constraints import nodal
+from shellmb.forms.constraints import joints
 from shellmb.forms.frame import PAIRS, orthonormality
 from shellmb.forms.shell import ShellStrains, director_constraint
 from shellmb.forms.steps.discrete import discrete_gradient, gradient, mean, stress_average
@@ -247,8 +247,8 @@ def test_ogden_is_smooth_where_its_formulas_meet() -> None:
 
 NORMAL, D = np.array([0.6, 0.0, 0.8]), np.array([0.0, 0.6, 0.8])
 CONSTRAINTS = {
-    "kink": lambda q: nodal.locked_kink(q[0], q[1], ufl.as_ufl(0.3)),
-    "plane": lambda q: nodal.in_plane(q[0], vector(NORMAL)),
+    "kink": lambda q: joints.locked_kink(q[0], q[1], ufl.as_ufl(0.3)),
+    "plane": lambda q: joints.in_plane(q[0], vector(NORMAL)),
     "director": lambda q: director_constraint(q[0], vector(D)),
 }
 

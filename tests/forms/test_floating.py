@@ -9,7 +9,7 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from shellmb.forms.floating.shell import strain_measure
-from shellmb.forms.surface import Surface
+from shellmb.forms.shell import Surface
 
 RADIUS = 2.0
 

@@ -21,7 +21,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import Stopped
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.natural_modes.vibration import natural_modes
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.running.rotating.campbell import campbell
 from shellmb.simulate.buckling import linear_buckling
 from shellmb.simulate.simulation import BaseObserver, Simulation

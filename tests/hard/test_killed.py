@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shellmb.running.resuming.resume import resume
-from shellmb.running.resuming.saved import read_saved
+from shellmb.running.resume import resume
+from shellmb.running.saved import read_saved
 
 HERE = Path(__file__).parent
 SCENE = HERE.parent / "run" / "scene_small.py"

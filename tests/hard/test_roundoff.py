@@ -12,8 +12,8 @@ import ufl
 from scipy.integrate import solve_ivp
 
 import shellmb as sm
-from shellmb.diagnostics.forces import undetermined
-from shellmb.diagnostics.forces.undetermined import Undetermined
+from shellmb.diagnostics import unknown_forces
+from shellmb.diagnostics.unknown_forces import Undetermined
 from shellmb.errors import ConvergenceError
 from shellmb.scene import (
     GROUND,
@@ -27,7 +27,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.newton import roundoff
+from shellmb.system.newton import convergence
 
 CELLS, G, Z = 5, 9.81, (0.0, 0.0, 1.0)
 # angle of the cranks to the base at the start, rad, and how fast they come down, rad/s
@@ -170,15 +170,15 @@ def test_a_state_that_is_no_solution_is_no_round_off() -> None:
     simulation.problem.solve(5e-3)
     x = system.x.copy()
     iteration.residual(x, system.b)
-    assert iteration.roundoff.left(system.b) < roundoff.NOISE
+    assert iteration.roundoff.left(system.b) < convergence.NOISE
     x.array[0] += 1e-12
     iteration.residual(x, system.b)
-    assert iteration.roundoff.left(system.b) > 10 * roundoff.NOISE
+    assert iteration.roundoff.left(system.b) > 10 * convergence.NOISE
 
 
 def test_what_nothing_determines_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """With a reason of its own: smaller steps do not help."""
-    monkeypatch.setattr(roundoff, "STILL", 0.0)
+    monkeypatch.setattr(convergence, "STILL", 0.0)
     with pytest.raises(ConvergenceError, match=r"singular position.*nothing determines it"):
         Simulation(parallelograms("ep4", STRICT, step_control=StepControl(min_dt=5e-3))).run()
 
@@ -188,7 +188,7 @@ def test_forces_that_round_off_decides_are_said() -> None:
     watch = Undetermined(sources=None)  # type: ignore[arg-type]
     simulation.run([watch])
     ((change, t, what),) = watch.state()["largest"].values()
-    bound = undetermined.KNOWN
+    bound = unknown_forces.KNOWN
     assert "multiplier of revolute joints" in what
     # what is less than a millionth is not worth a word
     assert 0 < change < bound

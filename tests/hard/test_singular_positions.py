@@ -23,7 +23,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepping import Attempt, TimeSteps
-from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.stepsize import StepSize
 from tests.hard.conftest import RIGID
 
 Z = (0.0, 0.0, 1.0)

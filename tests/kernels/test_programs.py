@@ -18,7 +18,7 @@ from shellmb.native import kernels
 from shellmb.native.expressions import values_in_cells
 from shellmb.native.kernels import compiled
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.residuals import DolfinxResiduals
+from shellmb.system.assembly.functionals import DolfinxResiduals
 from tests.golden import runs
 from tests.golden.test_golden import bound
 

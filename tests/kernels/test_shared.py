@@ -23,9 +23,9 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.functionals import DolfinxResiduals
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import mesh_groups
-from shellmb.system.assembly.residuals import DolfinxResiduals
 
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)
 PLY = PlyMaterial(E1=10.0, E2=1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.3, density=1.5)

@@ -9,9 +9,7 @@ from operator import itemgetter
 import pytest
 from rich.console import Console
 
-from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, print_table
-from shellmb.accuracy.measuring.times import spread, unbeaten
+from shellmb.accuracy.measuring import Column, print_table, spread, to_json, unbeaten, write
 from shellmb.clock import now
 from shellmb.demos.effects.stepping import in_turn, measured_in, shares
 from shellmb.demos.verification.measuring import markdown, replaced, verdict

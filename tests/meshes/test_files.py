@@ -298,6 +298,6 @@ def test_readers_that_wait_for_more_come_to_an_end(ending, tmp_path, monkeypatch
         content = file.read_bytes()
         end = content.index(b"end_header") if ending == "ply" else len(content) - 20
         file.write_bytes(content[:end])
-    monkeypatch.setattr("shellmb.files.read_timeout.LEAST", 0.2)
+    monkeypatch.setattr("shellmb.meshes.files.meshio_files.LEAST", 0.2)
     with pytest.raises(SceneError, match=r"a\.\w+ is not read .* as if it were cut off"):
         built(MeshFile(file))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
-from shellmb.meshes.files.gaps import gaps
+from shellmb.meshes.files.joined import gaps
 from shellmb.meshes.mesh import SurfaceMesh, build_surface
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Isotropic, MeshFile, Shell

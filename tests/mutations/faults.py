@@ -120,7 +120,7 @@ FAULTS = (
     ),
     Fault(
         "second tangent vector to the other side",
-        "forms/surface.py",
+        "forms/shell.py",
         "return Surface(e1, ufl.cross(normal, e1), D)",
         "return Surface(e1, ufl.cross(e1, normal), D)",
         (f"{FIBRES}::test_pulled_fibres_turn_towards_the_load",),
@@ -221,14 +221,14 @@ FAULTS = (
     ),
     Fault(
         "springs whose natural length is forgotten",
-        "shellmb/model/elements/elements.py",
+        "shellmb/model/elements.py",
         "return self.x(q) - self.rest",
         "return self.x(q)",
         (f"{ACTING}::test_two_coordinates_of_a_cylindrical_joint",),
     ),
     Fault(
         "dampers that drive",
-        "shellmb/model/elements/elements.py",
+        "shellmb/model/elements.py",
         "return -self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx",
         "return self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx",
         (f"{ACTING}::test_damper_takes_out_exactly_its_work",),

@@ -24,14 +24,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "impacts of six steps are too short",
-        "shellmb/diagnostics/forces/contacts.py",
+        "shellmb/diagnostics/contacts.py",
         "SUDDEN = 0.8",
         "SUDDEN = 0.5",
         ("tests/diagnostics/test_watched_numbers.py::test_impacts_of_a_linear_spring[4.5-False]",),
     ),
     Fault(
         "pulls of joints are sums of two steps",
-        "shellmb/diagnostics/forces/rolling.py",
+        "shellmb/diagnostics/contacts.py",
         "(force + self._last.get(name, force)) / 2",
         "(force + self._last.get(name, force))",
         (
@@ -41,7 +41,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "nodes lie on sides from twice as far",
-        "shellmb/meshes/files/gaps.py",
+        "shellmb/meshes/files/joined.py",
         "NEAR = 1e-2",
         "NEAR = 2e-2",
         (

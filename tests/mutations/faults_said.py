@@ -60,7 +60,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "forces that alternate are not said",
-        f"{WATCHES}/forces/alternating.py",
+        f"{WATCHES}/forces/unknown.py",
         "SHARE = 0.1",
         "SHARE = 0.4",
         (f"{BOUNDS}[alternation]",),

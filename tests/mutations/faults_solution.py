@@ -90,7 +90,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "pivots of one sign only",
-        "shellmb/system/direct/inertia.py",
+        "shellmb/system/direct/mumps.py",
         "return int(self._symmetric.getFactorMatrix().getInertia()[0])",
         "return int(self._symmetric.getFactorMatrix().getInertia()[2])",
         ("tests/system/test_inertia.py::test_negative_eigenvalues",),

@@ -12,8 +12,8 @@ from shellmb.observers import deferred_observer
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.forces.reactions import ArmCarrier
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.resuming.resume import resume
-from shellmb.running.resuming.saved import read_saved
+from shellmb.running.resume import resume
+from shellmb.running.saved import read_saved
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import (
     GROUND,
@@ -92,7 +92,7 @@ def observed(ask: bool) -> tuple[list[dict[str, float]], dict[str, Any], list[in
 
 def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None:
     """Asked in each step, or left alone until 32 are together."""
-    monkeypatch.setattr("shellmb.observers.files.growingfile.BATCH", 1e9)
+    monkeypatch.setattr("shellmb.observers.columns.BATCH", 1e9)
     alone, states, ones = observed(ask=True)
     together, others, several = observed(ask=False)
     # of numbers that are none no one equals another

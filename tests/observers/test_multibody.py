@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.fields.nodal import rotation_vectors
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import (
     Beam,
     Clamped,

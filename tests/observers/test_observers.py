@@ -22,7 +22,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.show.space.smooth import lattice
+from shellmb.show.space.shapes import lattice
 from shellmb.simulate.simulation import BaseObserver
 
 STEEL = Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0)

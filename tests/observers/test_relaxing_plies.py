@@ -15,7 +15,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.simulate.simulation import BaseObserver
 
 E, LENGTH, STRAIN = 2e9, 1.0, 1e-4

@@ -12,7 +12,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene.shells.strength import CRITERIA
 from shellmb.simulate.simulation import BaseObserver
 

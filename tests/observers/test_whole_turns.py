@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from shellmb.observers.probes import WholeTurns
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import (
     GROUND,
     Beam,

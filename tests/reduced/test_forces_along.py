@@ -11,8 +11,8 @@ from dolfinx import fem
 from scipy.spatial.transform import Rotation
 
 from shellmb.preprocessing.checked_model import checked_model
-from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
 from shellmb.preprocessing.modal.isolated import lowest_frequency
+from shellmb.preprocessing.modal.tangent import GeometricStiffness
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,

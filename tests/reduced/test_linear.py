@@ -11,7 +11,7 @@ import pytest
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.natural_modes.vibration import natural_modes
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import (
     Beam,
     Clamped,

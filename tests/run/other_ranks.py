@@ -16,7 +16,7 @@ import scene_small
 import shellmb as sm
 from shellmb.errors import ConvergenceError
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene.control.sensors import Sensor
 from shellmb.simulate.simulation import BaseObserver, Simulation
 

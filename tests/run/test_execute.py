@@ -15,7 +15,7 @@ from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.request import Request
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import Solver, StepControl
 from shellmb.simulate.simulation import BaseObserver
 

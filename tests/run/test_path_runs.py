@@ -10,7 +10,7 @@ import pytest
 from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.request import Request
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.simulate.simulation import BaseObserver
 
 REQUEST = Request("hinged_roof", {"load_end": "0.745"}, Options(mesh=(2, 2)))

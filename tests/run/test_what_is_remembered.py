@@ -15,7 +15,7 @@ import pytest
 import shellmb.running.execute as executing
 from shellmb.errors import Stopped
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import (
     GROUND,

@@ -13,11 +13,11 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.forms.steps.relaxation import Branch
+from shellmb.forms.steps.damping import Branch
 from shellmb.model.sections.branches import means
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 E, NU, RHO = 2e9, 0.3, 1000.0

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.running.execute import execute
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 SCHEMES = ("ep", "ed", "ep4", "ed3")

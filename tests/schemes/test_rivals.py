@@ -12,7 +12,7 @@ from shellmb.demos import slider_crank
 from shellmb.demos.verification.problems.mechanisms import double_pendulum, pendulum_centers
 from shellmb.running.execute import execute
 from shellmb.scene import Driver, Gravity, InitialVelocity, Revolute, RigidBody, Scene
-from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
+from shellmb.schemes.rivals import GeneralizedAlpha
 from shellmb.simulate.simulation import Simulation
 
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 import pyvista as pv
 
-from shellmb.show.space.smooth import Pieces, Slab, pieces_of
+from shellmb.show.space.shapes import Pieces, Slab, pieces_of
 
 Floats = npt.NDArray[np.float64]
 # nodes on the reference cell in the order of VTK

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.demos.verification.problems.mechanisms import RigidPath, double_pendulum
-from shellmb.diagnostics.step_error import ADDED, StepErrors
+from shellmb.diagnostics.steps import ADDED, StepErrors
 from shellmb.scene import (
     Beam,
     CircularSection,
@@ -22,7 +22,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize.control import ErrorSize
+from shellmb.simulate.stepsize import ErrorSize
 
 
 @pytest.mark.parametrize("scheme", ["ep4", "ed3"])

@@ -31,7 +31,7 @@ from shellmb.scene import (
     Spring,
     StepControl,
 )
-from shellmb.simulate.paths import limits
+from shellmb.simulate.paths import levels
 from shellmb.simulate.paths.arclength import PathSteps
 
 STIFFNESS, HALF_SPAN = 2.0, 1.0
@@ -107,7 +107,7 @@ def test_a_truss_goes_through_both_limit_points() -> None:
 def test_a_limit_point_that_is_not_located_is_named(monkeypatch) -> None:
     rise = 0.5
     largest = truss_load(limit_height(rise), rise)
-    monkeypatch.setattr(limits, "MOST", 1)
+    monkeypatch.setattr(levels, "MOST", 1)
     run = execute(truss(rise, load_end=0.2))
     (caution,) = run.warnings
     assert "near the load factor 0.0429" in caution.says and "(2 in all)" in caution.says
@@ -118,7 +118,7 @@ def test_a_limit_point_that_is_not_located_is_named(monkeypatch) -> None:
 
 def test_looking_for_limit_points_moves_no_other_point(monkeypatch) -> None:
     exact = execute(truss(0.5, load_end=0.2)).history
-    nowhere = limits.Limit(np.zeros(0), 1.0, np.zeros(0))
+    nowhere = levels.Limit(np.zeros(0), 1.0, np.zeros(0))
     monkeypatch.setattr(PathSteps, "_locate_limit", lambda path: nowhere)
     other = execute(truss(0.5, load_end=0.2)).history
     for column in exact.columns.difference(["wall_s"]):

@@ -15,7 +15,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.stepsize.control import JUMP_ORDER, StepSize
+from shellmb.simulate.stepsize import JUMP_ORDER, StepSize
 
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)
 STRIP = Shell("strip", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))

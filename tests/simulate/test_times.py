@@ -25,7 +25,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepping import Attempt
-from shellmb.simulate.stepsize.control import LEAST, SHORT
+from shellmb.simulate.stepsize import LEAST, SHORT
 
 # numbers of steps and lengths as users write them down
 STEPS = ((12_000, 1e-3), (20_000, 5e-3), (37_777, 1 / 3e3), (50_000, 2e-4), (16_001, 0.7e-3))

@@ -13,7 +13,7 @@ from shellmb.demos.verification.problems.mechanisms import (
     double_pendulum,
     pendulum_centers,
 )
-from shellmb.diagnostics.step_error import ADDED
+from shellmb.diagnostics.steps import ADDED
 from shellmb.errors import SceneError
 from shellmb.options.run import Options
 from shellmb.running.execute import execute
@@ -37,7 +37,7 @@ from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepping import difference
-from shellmb.simulate.stepsize.control import AIM, ErrorSize
+from shellmb.simulate.stepsize import AIM, ErrorSize
 
 # with the most dissipation, where there is one
 # rivals are there to be compared with steps that are fixed

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.system.nullspace.directorbases import NodeBases
+from shellmb.system.nullspace.directorpath import NodeBases
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,

@@ -5,7 +5,7 @@ import pytest
 
 from shellmb.scene import Clamped, Join, Rectangle, Scene
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.entries import most_entries
+from shellmb.system.assembly.numbering import most_entries
 from tests.scenes import plate
 
 

@@ -6,7 +6,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.direct.inertia import Inertia
+from shellmb.system.direct.mumps import Inertia
 from shellmb.system.direct.symmetry import is_symmetric
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.products import Products
+from shellmb.system.newton.bordered import Products
 from tests.sensitivity import scenes
 from tests.sensitivity.path_scenes import bent, frame
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shellmb.arrays import Bools, Int32s
-from shellmb.system.condensation.sparsity import Lists, find_runs
+from shellmb.system.condensation.elimination import Lists, find_runs
 
 CELLS, SIZE, PLACES = 70, 12, 300
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring import to_json
 from shellmb.demos.verification import table
 from shellmb.demos.verification.cases import Case, Check
 from shellmb.demos.verification.table import Row, find_cases, rows_of, run_cases

@@ -12,11 +12,11 @@ from shellmb.meshes.raw import (
     shape_functions,
     vertex_count,
 )
-from shellmb.meshes.surfaces import layout, structured
+from shellmb.meshes.surfaces import structured
 
 
-def moved(plan: layout.Layout, fraction: float, seed: int = 1) -> Floats:
-    """Coordinates of nodes whose vertices are moved along each axis, as `layout.distorted`."""
+def moved(plan: structured.Layout, fraction: float, seed: int = 1) -> Floats:
+    """Coordinates of nodes whose vertices are moved along each axis, as `structured.distorted`."""
     count = vertex_count(plan.cell)
     vertices = np.unique(plan.cells[:, :count])
     inner = np.setdiff1d(vertices, boundary_facets(plan.cells, plan.cell)[0])

@@ -7,8 +7,8 @@ import numpy as np
 import scipy.signal
 from scipy.signal import StateSpace
 
+from shellmb.api.responding.linearise import about_state
 from shellmb.api.responding.response import damped, response_at
-from shellmb.api.responding.states import about_state
 from shellmb.api.responding.system import LinearSystem
 from shellmb.demos.verification.cases import Check, case
 from shellmb.demos.verification.setups import ALL

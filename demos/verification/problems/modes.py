@@ -7,12 +7,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.states import about_state
+from shellmb.api.responding.linearise import about_state
 from shellmb.arrays import Floats
 from shellmb.demos.references.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.demos.verification.cases import Check, case
 from shellmb.options.linear import LinearOptions
-from shellmb.running.resuming.resume import StateOfRun
+from shellmb.running.resume import StateOfRun
 from shellmb.running.rotating.campbell import campbell
 from shellmb.running.rotating.modes import RotatingModes, modes_of
 from shellmb.running.rotating.state import MovingState

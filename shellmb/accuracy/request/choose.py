@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from math import ceil, floor, inf, isfinite, log
 
-from shellmb.accuracy.companions import Change
 from shellmb.accuracy.estimates import RATIO
+from shellmb.accuracy.family import Change
 from shellmb.accuracy.request.levels import Level
 
 # order of a mesh's error that is believed: clamped corners have no more; and what is taken off an

@@ -11,11 +11,17 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import sides_of, with_fewer
-from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
+from shellmb.accuracy.family import sides_of, with_fewer
+from shellmb.accuracy.request.levels import (
+    KEPT,
+    LEVELS,
+    Store,
+    Target,
+    UnknownQuantity,
+    frequency_number,
+)
 from shellmb.accuracy.request.messages import draw, offers
 from shellmb.accuracy.request.search import ModeSearch, Outcome, Running, Search
-from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.errors import SceneError, Stopped, of_first
 from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10
 from pathlib import Path
 
-from shellmb.accuracy.companions import Change
+from shellmb.accuracy.family import Change
 from shellmb.accuracy.request.choose import Choice, choose
 from shellmb.accuracy.request.levels import Level
 from shellmb.accuracy.studies.quantity import Quantity
@@ -148,7 +148,7 @@ def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Pat
         size: What errors are relative to.
         file: The picture.
     """
-    from shellmb.accuracy.measuring.pictures import picture
+    from shellmb.observers.drawing import picture
 
     with picture(file, 6.0, 4.0) as made:
         axes = made.subplots()

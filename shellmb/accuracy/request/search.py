@@ -9,16 +9,14 @@ from math import isfinite
 from mpi4py import MPI
 
 from shellmb.accuracy.caveats import NO_LIMIT
-from shellmb.accuracy.companions import Change, degree_of
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged
 from shellmb.accuracy.estimates import RATIO, ErrorEstimate, step_error
-from shellmb.accuracy.family import Family, is_large
-from shellmb.accuracy.measuring.times import slowest
+from shellmb.accuracy.family import Change, Family, degree_of, is_large
+from shellmb.accuracy.measuring import slowest
 from shellmb.accuracy.modes import ModeResults, mode_errors
 from shellmb.accuracy.request.choose import AIM, Choice, choose
-from shellmb.accuracy.request.levels import Level, Store
+from shellmb.accuracy.request.levels import Level, Store, Target, UnknownQuantity, frequency_number
 from shellmb.accuracy.request.messages import label, line, mesh_label, percent, seconds
-from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped, of_first
 from shellmb.meshes.lifetime import free

@@ -7,9 +7,9 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from shellmb.accuracy.measuring.pictures import picture
 from shellmb.accuracy.studies.advice import TARGETS
 from shellmb.accuracy.studies.points import Judged, front
+from shellmb.observers.drawing import picture
 
 # an error of nothing is drawn here
 LEAST = 1e-14

@@ -7,7 +7,7 @@ from math import log
 from statistics import median
 from typing import Any
 
-from shellmb.accuracy.measuring.times import spread, unbeaten
+from shellmb.accuracy.measuring import spread, unbeaten
 from shellmb.accuracy.studies.choice import REFINED, Choice
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.accuracy.studies.runner import Measured, Record, known_quantity

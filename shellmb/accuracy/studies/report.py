@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.console import Console
 
-from shellmb.accuracy.measuring.tables import Column, line, print_table
+from shellmb.accuracy.measuring import Column, line, print_table
 from shellmb.accuracy.studies.advice import Order, Target, find_orders, find_targets, sentence
 from shellmb.accuracy.studies.points import Judged, Point, find_reference, judge_points
 from shellmb.accuracy.studies.runner import Measured

@@ -19,8 +19,7 @@ from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.files.plain import plain
-from shellmb.files.writing import write_text
+from shellmb.files.writing import plain, write_text
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene.fingerprint import fingerprint

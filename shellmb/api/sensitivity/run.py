@@ -166,9 +166,9 @@ def _execute(
 ) -> RunResult:
     """Run the scene with those beside it, and write what there is of each."""
     from shellmb.running.execute import execute
-    from shellmb.running.resuming.resume import resume
-    from shellmb.sensitivity.paths.tangent import PathTangents
-    from shellmb.sensitivity.perturbed_scene import PerturbedScene
+    from shellmb.running.resume import resume
+    from shellmb.sensitivity.paths import PathTangents
+    from shellmb.sensitivity.perturbed_run import PerturbedScene
     from shellmb.sensitivity.tangent import Pair, Tangents
 
     begin = clock.perf_counter()

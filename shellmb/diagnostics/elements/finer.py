@@ -17,7 +17,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.elements.measures import Mesh
+from shellmb.diagnostics.elements.locking import Mesh
 from shellmb.errors import ShellmbError, unsaid
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.locations.nodes import local_point

@@ -1,9 +1,11 @@
-"""Nodes that lie on one another become one; cells without area, cells that are twice, and sides.
+"""Nodes that lie on one another become one, or leave gaps; cells without area or twice; sides.
 
 A whole surface has one side: normals of its cells are consistently oriented.
 """
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse
@@ -13,11 +15,26 @@ from scipy.spatial import cKDTree
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.kinds import Block
-from shellmb.meshes.raw import FACETS, Cell, cell_cross, vertex_count
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, boundary_facets, cell_cross, vertex_count
 
 # sides shorter than this part of the longest side of their cell are none, and cells with less
 # height than this part of their longest side have no area
 NOTHING = 1e-6
+
+# a node lies on a side or a cell that is nearer than this part of the sides around both
+NEAR = 1e-2
+# and on a side that the nodes between its ends pass at this part of its length, as an arc does
+ARC = 0.15
+# part of a side at its ends where nodes lie on the end
+END = 0.02
+# triangles that a cell is made of, by its number of nodes in the order of DOLFINx
+_QUARTERS = ((0, 4, 5, 8), (4, 1, 8, 6), (5, 8, 2, 7), (8, 6, 7, 3))
+PIECES = {
+    3: [(0, 1, 2)],
+    6: [(0, 5, 4), (5, 1, 3), (4, 3, 2), (5, 3, 4)],
+    4: [(0, 1, 3), (0, 3, 2)],
+    9: [piece for a, b, c, d in _QUARTERS for piece in ((a, b, d), (a, d, c))],
+}
 
 
 def sides(x: Floats, cells: Ints, cell: Cell) -> Floats:
@@ -155,3 +172,171 @@ def _neighbours(cells: Ints, cell: Cell, name: str) -> tuple[Ints, Ints, np.ndar
     by_facet = np.argsort(facet.ravel(), kind="stable")
     a, b = by_facet[np.cumsum(uses)[uses == 2] - np.array([[2], [1]])]
     return owner[a], owner[b], rising[a] != rising[b]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A side with nodes on it that it is not joined to, or a node on a cell or another node.
+
+    Args:
+        ends: Ends of the side, or the node, shape (2 or 1, 3).
+        nodes: Numbers of the nodes that lie on it.
+    """
+
+    ends: Floats
+    nodes: tuple[int, ...]
+
+    @property
+    def length(self) -> float:
+        """Length of the side, 0 of a node on a cell."""
+        return float(np.linalg.norm(self.ends[-1] - self.ends[0]))
+
+
+def gaps(raw: RawMesh) -> list[Gap]:
+    """All places where nodes lie on sides or cells that do not have them.
+
+    Args:
+        raw: The mesh.
+    """
+    return _Search(raw).found()
+
+
+class _Search:
+    """Part of a mesh that the search needs."""
+
+    def __init__(self, raw: RawMesh) -> None:
+        self.x = raw.x
+        self.cells = raw.cells
+        self.corners = raw.vertices
+        self.short = sides(raw.x, raw.cells, raw.cell).min(axis=1)
+        self.size = np.full(len(raw.x), np.inf)
+        np.minimum.at(self.size, self.corners.ravel(), np.repeat(self.short, self.corners.shape[1]))
+        # the only cell of each side of the boundary
+        self.sides, self.owner = boundary_facets(raw.cells, raw.cell)
+
+    def found(self) -> list[Gap]:
+        """Sides first, then nodes that lie in cells."""
+        on_sides, at_ends, done = self._on_sides()
+        alone = sorted({*at_ends, *self._on_cells()} - done)
+        return on_sides + [Gap(self.x[[node]], (node,)) for node in alone]
+
+    def _on_sides(self) -> tuple[list[Gap], set[int], set[int]]:
+        """Sides of the boundary with nodes of the boundary on them.
+
+        Of two sides that lie on one another the first is listed.
+
+        Returns:
+            The sides, nodes at ends of others, and all nodes that the former name.
+        """
+        at_ends: set[int] = set()
+        done: set[int] = set()
+        if not len(self.sides):
+            return [], at_ends, done
+        listed: set[tuple[int, ...]] = set()
+        nodes = np.unique(self.sides)
+        ends = self.x[self.sides]
+        middle, along = ends.mean(axis=1), ends[:, 1] - ends[:, 0]
+        length = np.linalg.norm(along, axis=1)
+        beside: dict[int, set[int]] = defaultdict(set)
+        for a, b in self.sides.tolist():
+            beside[a].add(b)
+            beside[b].add(a)
+        found = []
+        for some, near in _candidates(self.x[nodes], middle, length * (0.5 + ARC)):
+            p, s = nodes[some], near
+            own = (self.sides[s] == p[:, None]).any(axis=1)
+            own |= (self.corners[self.owner[s]] == p[:, None]).any(axis=1)
+            p, s = p[~own], s[~own]
+            from_start = self.x[p] - ends[s, 0]
+            t = np.einsum("ij,ij->i", from_start, along[s]) / length[s] ** 2
+            away = np.linalg.norm(from_start - np.clip(t, 0.0, 1.0)[:, None] * along[s], axis=1)
+            close = away <= NEAR * np.minimum(self.size[p], self.short[self.owner[s]])
+            arc = (away <= ARC * length[s]) & (t > END) & (t < 1 - END)
+            for side in np.unique(s[close | arc]):
+                on = s == side
+                between = on & (t > END) & (t < 1 - END)
+                touching = set(p[on & close].tolist())
+                inside = set(p[between & (close | arc)].tolist())
+                a, b = self.sides[side].tolist()
+                partner = set(self._arc(a, b, inside, beside))
+                both = (on & close & (t <= END)).any() and (on & close & (t >= 1 - END)).any()
+                if not (partner or both or (between & close).any()):
+                    at_ends |= touching
+                    continue
+                nodes_on = tuple(sorted(touching | partner))
+                if nodes_on not in listed:
+                    listed.add((a, b))
+                    done |= {a, b, *nodes_on}
+                    found.append(Gap(ends[side], nodes_on))
+        return found, at_ends, done
+
+    def _arc(self, a: int, b: int, inside: set[int], beside: dict[int, set[int]]) -> list[int]:
+        """Nodes between the ends of a side that lead along the boundary from one to the other.
+
+        What is longer than an arc of its height is no partner of the side but another border.
+        """
+        for first in beside[a] & inside:
+            chain = [a, first]
+            while chain[-1] != b:
+                ahead = (beside[chain[-1]] & (inside | {b})) - set(chain)
+                if not ahead:
+                    break
+                chain.append(ahead.pop())
+            if chain[-1] != b:
+                continue
+            x = self.x[chain]
+            chord = x[-1] - x[0]
+            length = float(np.linalg.norm(chord))
+            path = float(np.linalg.norm(np.diff(x, axis=0), axis=1).sum())
+            unit = chord / length
+            height = np.linalg.norm(x - x[0] - np.outer((x - x[0]) @ unit, unit), axis=1).max()
+            if path - length <= 4 * height**2 / length + 1e-9 * length:
+                return chain[1:-1]
+        return []
+
+    def _on_cells(self) -> list[int]:
+        """Nodes that lie in a cell that they share no neighbouring cell with."""
+        nodes = np.unique(self.corners)
+        count = len(self.corners)
+        pieces = np.array(PIECES[self.cells.shape[1]])
+        found: list[Ints] = []
+        for piece in pieces:
+            a, b, c = np.moveaxis(self.x[self.cells[:, piece]], 1, 0)
+            middle = (a + b + c) / 3
+            radius = np.linalg.norm(np.stack([a, b, c]) - middle, axis=2).max(axis=0)
+            normal = np.cross(b - a, c - a)
+            twice = np.linalg.norm(normal, axis=1)
+            normal = normal / np.where(twice > 0, twice, np.inf)[:, None]
+            for some, k in _candidates(self.x[nodes], middle, radius * (1 + NEAR)):
+                p = nodes[some]
+                offset = self.x[p] - a[k]
+                away = np.abs(np.einsum("ij,ij->i", offset, normal[k]))
+                keep = (away <= NEAR * np.minimum(self.size[p], self.short[k])) & (twice[k] > 0)
+                p, k, offset = p[keep], k[keep], offset[keep]
+                # shares of the second and the third corner
+                second = np.einsum("ij,ij->i", np.cross(offset, (c - a)[k]), normal[k]) / twice[k]
+                third = np.einsum("ij,ij->i", np.cross((b - a)[k], offset), normal[k]) / twice[k]
+                inside = np.minimum(np.minimum(second, third), 1 - second - third) >= -NEAR
+                found.append(p[inside] * count + k[inside])
+        keys = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
+        # those that are not among the cells around or beside the node
+        every = np.repeat(np.arange(count), self.corners.shape[1])
+        having = scipy.sparse.coo_array(
+            (np.ones(every.size), (every, self.corners.ravel())), shape=(count, len(self.x))
+        ).tocsr()
+        beside = (having.T @ (having @ having.T)).tocoo()
+        alone = np.setdiff1d(keys, beside.coords[0].astype(np.int64) * count + beside.coords[1])
+        return np.unique(alone // count).tolist()
+
+
+def _candidates(points: Floats, middles: Floats, radii: Floats) -> Iterator[tuple[Ints, Ints]]:
+    """Pairs of points and spheres that may hold them, class by class of the spheres' size."""
+    tree = cKDTree(points)
+    classes = np.floor(np.log2(np.maximum(radii, np.finfo(float).tiny)))
+    for each in np.unique(classes):
+        members = np.flatnonzero(classes == each)
+        lists = tree.query_ball_point(middles[members], radii[members])
+        counts = np.array([len(some) for some in lists])
+        if counts.sum():
+            some = np.concatenate([np.array(s, dtype=np.int64) for s in lists if len(s)])
+            yield some, np.repeat(members, counts)

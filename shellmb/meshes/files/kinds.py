@@ -16,8 +16,7 @@ from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.divided import HALVES, Part, divided, uniform
-from shellmb.meshes.raw import Cell, vertex_count
+from shellmb.meshes.raw import HALVES, Cell, Part, divided, uniform, vertex_count
 
 # kind -> its cell, number of nodes; nodes are numbered as gmsh does: corners around, middles of the
 # sides in this order, middle

@@ -1,6 +1,10 @@
 """Meshes in the formats of meshio: VTK, STL, gmsh's, and others."""
 
+import ctypes
+import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +12,6 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.files.read_timeout import reading
 from shellmb.meshes.files.kinds import FileContent
 from shellmb.scene.values.validate import in_words
 
@@ -23,6 +26,9 @@ CELLS = {
 LINES = ("line", "line3")
 # formats in which lines and points name groups
 NAMING = {".msh"}
+
+# time that any file may take [s], and what a reader in Python takes per byte, several times
+LEAST, PER_BYTE = 20.0, 2e-5
 
 
 def read_meshio(path: Path, who: str) -> FileContent:
@@ -136,3 +142,40 @@ def _nodes_of(block: Any, count: int, path: Path, who: str) -> Ints:
             f"are {count} nodes, and cells must have no others"
         )
     return rows
+
+
+class ReadTimeout(Exception):
+    """A reader that does not come to an end."""
+
+    def __str__(self) -> str:
+        return "it is not read to its end in a long time, as if it were cut off"
+
+
+@contextmanager
+def reading(file: Path) -> Iterator[None]:
+    """Raise an error in this thread if a file takes far too long; for readers that are in Python.
+
+    Args:
+        file: The file, whose size says how long it may take.
+
+    Raises:
+        ReadTimeout: If it does.
+    """
+    thread = ctypes.c_ulong(threading.get_ident())
+    ended = threading.Lock()
+
+    def stop() -> None:
+        with ended:
+            if not done:
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(ReadTimeout))
+
+    done = False
+    timer = threading.Timer(LEAST + PER_BYTE * file.stat().st_size, stop)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        with ended:
+            done = True
+        timer.cancel()

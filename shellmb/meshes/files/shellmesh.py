@@ -14,8 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.abaqus import read_abaqus
-from shellmb.meshes.files.gaps import gaps
-from shellmb.meshes.files.joined import doubles, empty, joined, oriented
+from shellmb.meshes.files.joined import doubles, empty, gaps, joined, oriented
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran

@@ -1,12 +1,30 @@
-"""Meshes and normals of surfaces that are given by a map of the unit square."""
+"""Meshes and normals of surfaces that are given by a map of arranged cells in a plane.
+
+Plane arrangements of cells: the unit square, and blocks around a pole.
+
+A node has coordinates in a plane: (xi, eta) itself for the square, eta (cos, sin)(angle) around a
+pole, where blocks of quadrilaterals avoid cells that collapse into the pole.
+"""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.raw import Cell, RawMesh, boundary_facets, cell_cross, vertex_count
-from shellmb.meshes.surfaces.layout import Layout, distorted, globe, polar, square
+from shellmb.meshes.raw import (
+    HALVES,
+    Cell,
+    RawMesh,
+    boundary_facets,
+    cell_cross,
+    facets,
+    geometry_element,
+    nodes_of,
+    shape_functions,
+    vertex_count,
+)
 from shellmb.scene import Shell, Surface
 
 CORNERS = {
@@ -27,6 +45,206 @@ EDGES = {
     "top": ((0.0, 1.0), 0),
 }
 
+# of the radius: what is nearer to the rim is on it
+ON_RIM = 1e-9
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Nodes in a plane and cells between them.
+
+    Args:
+        plane: Coordinates of the nodes in the plane, shape (n, 2).
+        cells: Nodes of each cell in the order of DOLFINx, shape (c, k).
+        cell: Cell type.
+        size: Size of the elements around each node along both coordinates, shape (n, 2).
+        parameters: From coordinates (n, 2) to (xi, eta), shape (n, 2).
+    """
+
+    plane: Floats
+    cells: Ints
+    cell: Cell
+    size: Floats
+    parameters: Callable[[Floats], Floats]
+
+
+def square(mesh: tuple[int, int], cell: Cell, order: int, closed: bool) -> Layout:
+    """A regular grid on the unit square.
+
+    Args:
+        mesh: Numbers of elements along xi and eta.
+        cell: Cell type.
+        order: Order of the geometry.
+        closed: Whether xi = 0 and xi = 1 are the same line.
+    """
+    n, m = mesh
+    shape = (n * order + 1, m * order + 1)
+    number = np.arange(shape[0] * shape[1]).reshape(shape)
+    if closed:
+        number[-1] = number[0]
+    xi, eta = np.meshgrid(*(np.linspace(0, 1, k) for k in shape), indexing="ij")
+    plane = np.stack([xi.ravel(), eta.ravel()], axis=1)
+    keep = shape[0] * shape[1] - (shape[1] if closed else 0)
+    size = np.broadcast_to([1 / n, 1 / m], (keep, 2))
+    return Layout(plane[:keep], _cells(number, cell, order), cell, size, lambda w: w)
+
+
+def polar(mesh: tuple[int, int], cell: Cell, order: int, sweep: float) -> Layout:
+    """Blocks around a pole: a central quadrilateral and two outer ones for each quarter turn.
+
+    Args:
+        mesh: Numbers of elements along a quarter of the rim (rounded up to an even number) and
+            from the pole to the rim.
+        cell: Cell type.
+        order: Order of the geometry.
+        sweep: Angle around the pole [degrees].
+    """
+    central = (mesh[0] + 1) // 2
+    outer = max(1, mesh[1] - central)
+    wedges = max(1, round(sweep / 90))
+    angle = np.radians(sweep)
+    grids = [
+        _turn(grid, wedge, angle / wedges)
+        for wedge in range(wedges)
+        for grid in _quarter(central, outer, order)
+    ]
+    plane, numbers = _merged(grids)
+    cells = np.concatenate([_cells(number, cell, order) for number in numbers])
+
+    def parameters(w: Floats) -> Floats:
+        turned = np.arctan2(w[:, 1], w[:, 0])
+        # the boundary at the angle 0 may lie a rounding error below it
+        turned = np.where(turned < -1e-9, turned + 2 * np.pi, turned)
+        return np.stack([np.maximum(turned, 0.0) / angle, np.linalg.norm(w, axis=1)], axis=1)
+
+    return Layout(plane, cells, cell, _shortest(plane, cells, cell), parameters)
+
+
+def _globe(mesh: tuple[int, int], cell: Cell, order: int) -> Layout:
+    """Blocks around two poles that share a rim: distances from the first pole go from 0 to 2.
+
+    Args:
+        mesh: Numbers of elements along a quarter of the rim, and from a pole to the rim.
+        cell: Cell type.
+        order: Order of the geometry.
+    """
+    half = polar(mesh, cell, order, 360.0)
+    radius = np.linalg.norm(half.plane, axis=1)
+    inner = np.flatnonzero(radius < 1 - ON_RIM)
+    number = np.arange(len(radius))
+    number[inner] = len(radius) + np.arange(len(inner))
+    # at the second pole every direction is as good as another
+    w, r = half.plane[inner], radius[inner][:, None]
+    far = np.where(r > 0, w * (2 - r) / np.where(r > 0, r, 1.0), [2.0, 0.0])
+
+    def parameters(w: Floats) -> Floats:
+        return half.parameters(w) / [1.0, 2.0]
+
+    return Layout(
+        np.concatenate([half.plane, far]),
+        np.concatenate([half.cells, number[half.cells]]),
+        cell,
+        np.concatenate([half.size, half.size[inner]]),
+        parameters,
+    )
+
+
+def _quarter(central: int, outer: int, order: int) -> list[Floats]:
+    """Grids of the three blocks of the quarter disc, each of shape (rows, columns, 2)."""
+    a = central / (central + outer)
+    o, p, q, m = (np.array(v) for v in ((0.0, 0.0), (a, 0.0), (0.0, a), (0.8 * a, 0.8 * a)))
+    s = np.linspace(0, 1, central * order + 1)
+    r = np.linspace(0, 1, outer * order + 1)
+
+    def between(first: Floats, last: Floats, t: Floats) -> Floats:
+        """Points on the straight line between two, or on those between partners of two lines."""
+        return np.asarray(first + np.multiply.outer(t, last - first))
+
+    def rim(turn: Floats) -> Floats:
+        return np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+    return [
+        between(between(o, q, s), between(p, m, s), s),
+        between(between(p, m, s), rim(np.pi / 4 * s), r),
+        between(between(m, q, s), rim(np.pi / 4 * (1 + s)), r),
+    ]
+
+
+def _turn(grid: Floats, wedge: int, angle: float) -> Floats:
+    """A grid of the quarter disc stretched over one of the wedges."""
+    turned = (np.arctan2(grid[..., 1], grid[..., 0]) / (np.pi / 2) + wedge) * angle
+    radius = np.linalg.norm(grid, axis=-1)
+    return np.stack([radius * np.cos(turned), radius * np.sin(turned)], axis=-1)
+
+
+def _merged(grids: list[Floats]) -> tuple[Floats, list[Ints]]:
+    """Nodes with those that coincide taken together, and their numbers in each grid."""
+    every = np.concatenate([g.reshape(-1, 2) for g in grids])
+    # the odd shift keeps round coordinates away from where rounding turns
+    keys = np.rint(every * 1e9 + 0.318309886).astype(np.int64)
+    _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    ends = np.cumsum([g.shape[0] * g.shape[1] for g in grids])
+    parts = np.split(number.ravel(), ends[:-1])
+    return every[first], [p.reshape(g.shape[:2]) for p, g in zip(parts, grids, strict=True)]
+
+
+def _cells(number: NDArray[np.integer], cell: Cell, order: int) -> Ints:
+    """Cells of a grid of nodes, in the order of DOLFINx.
+
+    Triangles halve the quadrilaterals so that the pattern is symmetric about both middle lines
+    and no triangle has two facets in a corner.
+    """
+    rows, columns = ((k - 1) // order for k in number.shape)
+    i, j = np.indices((rows, columns)).reshape(2, -1, 1)
+    nodes = np.rint(order * np.asarray(geometry_element("quad", order).points)).astype(int)
+    quads = number[order * i + nodes[:, 0], order * j + nodes[:, 1]].astype(np.int64)
+    if cell == "quad":
+        return quads
+    rising = ((2 * i + 1 <= rows) == (2 * j + 1 <= columns))[:, 0]
+    place = {(a, b): k for k, (a, b) in enumerate(nodes.tolist())}
+    parts = []
+    for some, pattern in ((rising, HALVES[0]), (~rising, HALVES[1])):
+        for each in np.rint(order * nodes_of(pattern, "tri", order)).astype(int).tolist():
+            parts.append(quads[some][:, [place[a, b] for a, b in each]])
+    return np.concatenate(parts)
+
+
+def _shortest(plane: Floats, cells: Ints, cell: Cell) -> Floats:
+    """Length of the shortest facet at each vertex, infinite at other nodes, shape (n, 2)."""
+    pairs = facets(cells, cell).reshape(-1, 2)
+    length = np.linalg.norm(plane[pairs[:, 0]] - plane[pairs[:, 1]], axis=1)
+    size = np.full(len(plane), np.inf)
+    for column in (0, 1):
+        np.minimum.at(size, pairs[:, column], length)
+    return np.stack([size, size], axis=1)
+
+
+def distorted(layout: Layout, fraction: float) -> Floats:
+    """Coordinates of the nodes with the interior vertices moved, shape (n, 2).
+
+    The k-th vertex moves by ``fraction`` of the element size at the angle k times the golden angle:
+    a fixed pattern without a preferred direction. Other nodes follow their cell's vertices.
+
+    Args:
+        layout: The arrangement.
+        fraction: Fraction of the element size.
+    """
+    if fraction == 0:
+        return layout.plane
+    corners = layout.cells[:, : vertex_count(layout.cell)]
+    moved = np.zeros(len(layout.plane), dtype=bool)
+    moved[np.unique(corners)] = True
+    moved[boundary_facets(layout.cells, layout.cell)[0]] = False
+    k = np.arange(int(moved.sum()))
+    angle = np.pi * (3 - np.sqrt(5)) * k
+    shift = np.zeros_like(layout.plane)
+    pattern = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    shift[moved] = fraction * layout.size[moved] * pattern
+    order = 1 if corners.shape == layout.cells.shape else 2
+    points = np.asarray(geometry_element(layout.cell, order).points)
+    shift[layout.cells] = shape_functions(layout.cell, 1, points) @ shift[corners]
+    return np.asarray(layout.plane + shift)
+
 
 def structured_mesh(shell: Shell) -> RawMesh:
     """Mesh the unit square and move the nodes by the surface's map.
@@ -38,7 +256,7 @@ def structured_mesh(shell: Shell) -> RawMesh:
     cell: Cell = shell.cell or "quad"
     order = shell.geometry_order or (1 if surface.flat else 2)
     if surface.pole and not surface.edges:
-        layout = globe(shell.mesh, cell, order)
+        layout = _globe(shell.mesh, cell, order)
     elif surface.pole:
         layout = polar(shell.mesh, cell, order, surface.sweep)
     else:

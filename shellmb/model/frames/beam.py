@@ -1,7 +1,7 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -19,8 +19,7 @@ from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.floating import beam as floating
-from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.floating.geometric_stiffness import of_beam
+from shellmb.forms.floating.frame import frame_constraints, of_beam
 from shellmb.forms.frame import FrameMass, momenta, vectors
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam
@@ -42,7 +41,7 @@ from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
-from shellmb.scene import Beam, BeamNaturalStrain, BeamSection
+from shellmb.scene import Beam, BeamSection
 from shellmb.scene.loads.loads import FollowerLineForce, Gravity, LineForce, LineMoment
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
@@ -50,6 +49,27 @@ _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
 
 # couplings and moments of inertia smaller than this, relative to their scale, are round-off
 NOTHING = 1e-14
+
+# the virtual work per length of loads: of a beam, what is given, directors, and variations of
+# displacement and directors; the parameter that gives it, and the quadrature rule
+_WORK: dict[type, tuple[Callable[..., Expr], str, str]] = {
+    LineForce: (lambda of, f, d, du, dw: load_forms.dead_force(f, du), "force", "full"),
+    FollowerLineForce: (
+        lambda of, f, d, du, dw: load_forms.follower_frame_force(f, d, du),
+        "components",
+        "full",
+    ),
+    LineMoment: (
+        lambda of, m, d, du, dw: load_forms.frame_moment(m, d, vectors(dw)),
+        "moment",
+        "nodes",
+    ),
+    Gravity: (
+        lambda of, g, d, du, dw: load_forms.dead_force(g, momenta(du, dw, of.weight)[0]),
+        "acceleration",
+        "nodes",
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -303,7 +323,7 @@ class BeamModel(FrameBody):
         return *e, *self.section.formulation.stored(e, self.forces(q))
 
     def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
-        """Energies of squares of rotations about a frame, as of `geometric_stiffness.of_beam`."""
+        """Energies of squares of rotations about a frame, as of `forms.floating.frame.of_beam`."""
         return of_beam(N, self.layout.part(q, "u"), R, self.line)
 
     def resultants(self, q: Expr) -> Expr:
@@ -374,28 +394,14 @@ class BeamModel(FrameBody):
         """Some loads on it with time factors of their own."""
         return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
 
-    def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
-        d, (du, dw), rules = self.directors(mid), self.layout.moved(dq), self.rules
-
-        def constant(value: object) -> fem.Constant:
-            return fem.Constant(self.domain.mesh, np.asarray(value, dtype=float))
-
-        match load:
-            case BeamNaturalStrain():
-                assert self.natural is not None
-                return self.natural.work(mid, dq)
-            case LineForce():
-                force = field_of(load.force, self.mixed, 3, f"{load.label}: force")
-                return load_forms.dead_force(force, du) * rules.full
-            case FollowerLineForce():
-                components = constant(load.components)
-                return load_forms.follower_frame_force(components, d, du) * rules.full
-            case LineMoment():
-                return load_forms.frame_moment(constant(load.moment), d, vectors(dw)) * rules.nodes
-            case Gravity():
-                moved, _ = momenta(du, dw, self.weight)
-                return load_forms.dead_force(constant(load.acceleration), moved) * rules.nodes
-        raise NotImplementedError(f"no form for {type(load).__name__}")
+    def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        if type(load) not in _WORK:
+            assert self.natural is not None
+            return self.natural.work(mid, dq)
+        density, name, rule = _WORK[type(load)]
+        given = field_of(getattr(load, name), self.mixed, 3, f"{load.label}: {name}")
+        work = density(self, given, self.directors(mid), *self.layout.moved(dq))
+        return work * getattr(self.rules, rule)
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""

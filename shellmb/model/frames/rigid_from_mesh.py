@@ -19,7 +19,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import BeamModel, build_beam
-from shellmb.model.hinges.edges import edges_together, hinge_line
+from shellmb.model.joints.edge_hinges import edges_together, hinge_line
 from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
@@ -31,7 +31,6 @@ from shellmb.scene.multibody.joints import (
     FramedHinge,
     Joint,
     Revolute,
-    ShellRevolute,
     Weld,
 )
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
@@ -319,9 +318,9 @@ def _check(scene: Scene, names: set[str]) -> None:
             )
 
 
-def _load(load: Load, scene: Scene, meshes: RigidMeshes, bodies: dict[str, RigidBody]) -> Load:
+def _load(load: Any, scene: Scene, meshes: RigidMeshes, bodies: dict[str, RigidBody]) -> Load:
     """A load along the directors of a beam's node, along the axes of the rigid body."""
-    if not isinstance(load, FollowerForce | FollowerMoment):
+    if not (load.at_point and hasattr(load, "components")):
         return load
     (target,) = scene.bodies_of(load)
     if target.name not in meshes:
@@ -342,7 +341,7 @@ def about_director(
         framed: Names of what frames move.
         meshes: Meshes of the scene.
     """
-    if not isinstance(joint, ShellRevolute) or joint.second not in framed:
+    if not joint.about_director or joint.second not in framed:
         return joint
     where = joint.second_at if joint.second_at is not None else _first_place(joint, scene)
     nodes = shared_nodes(meshes(joint.second), node_of(where), joint.said)

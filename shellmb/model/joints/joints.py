@@ -89,7 +89,7 @@ class BoundJoint:
         return self.joint.name if self.own else self.kind, first, second
 
 
-def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
+def bind_joint(joint: Any, find: FindEnd) -> BoundJoint:
     """Find the places of a joint and the axes it needs there.
 
     Args:
@@ -102,37 +102,30 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
     first = find(joint.first, joint.at, joint.said)
     where = joint.second_at if joint.second_at is not None else tuple(first.point)
     second = find(joint.second, where, joint.said)
-    kind, axes, length = joint.label.removesuffix(" joint"), np.array([np.eye(3)] * 2), 1.0
-    match joint:
-        case scene_joints.Universal():
-            axes = np.array([frame_about(joint.axis), frame_about(joint.second_axis)])
-        case scene_joints.Planar() | scene_joints.InPlane():
-            axes = np.array([frame_about(joint.normal)] * 2)
-        case scene_joints.OwnJoint():
-            framed = len(first.directors), len(second.directors)
-            axes = np.array([np.eye(3) if joint.axis is None else frame_about(joint.axis)] * 2)
-            own = own_kind(joint, framed)
-            check_equations(joint, own, framed, len(joint.values))
-            return BoundJoint(joint, "own", (first, second), axes, own=own)
-        case scene_joints.Distance():
-            length = float(np.linalg.norm(second.point - first.point))
-            if callable(joint.length):
-                kind = "given distance"
-            else:
-                length = joint.length or length
-            if not length > 0:
-                raise SceneError(
-                    f"{joint.said}: its ends are at the same point; a distance joint needs two "
-                    "points, or use Spherical"
-                )
-        case scene_joints.ShellRevolute():
-            axes = np.array([frame_about(_director(joint, second))] * 2)
-        case scene_joints.Weld() if not second.framed:
-            # a shell's node carries no moment about its director: all there is to weld is eq. (35)
-            kind, axes = "shell revolute", np.array([frame_about(second.directors[0])] * 2)
-        case _ if hasattr(joint, "axis"):
-            axes = np.array([frame_about(joint.axis)] * 2)
-    kind = "cylindrical" if kind == "screw" else kind
+    kind, lines, length = joint.label.removesuffix(" joint"), joint.lines, 1.0
+    if joint.about_director:
+        lines = (_director(joint, second),) * 2
+    elif kind == "weld" and not second.framed:
+        # a shell's node carries no moment about its director: all there is to weld is eq. (35)
+        kind, lines = "shell revolute", (second.directors[0],) * 2
+    axes = np.array([frame_about(line) for line in lines] or [np.eye(3)] * 2)
+    framed = len(first.directors), len(second.directors)
+    if kind == "own":
+        own = own_kind(joint, framed)
+        check_equations(joint, own, framed, len(joint.values))
+        return BoundJoint(joint, kind, (first, second), axes, own=own)
+    if kind == "distance":
+        length = float(np.linalg.norm(second.point - first.point))
+        if joint.given:
+            kind = "given distance"
+        else:
+            length = joint.length or length
+        if not length > 0:
+            raise SceneError(
+                f"{joint.said}: its ends are at the same point; a distance joint needs two "
+                "points, or use Spherical"
+            )
+    kind = "cylindrical" if joint.tied else kind
     bound = BoundJoint(joint, kind, (first, second), axes, length)
     if kind not in KINDS:
         raise SceneError(
@@ -140,7 +133,6 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
             "use OwnJoint"
         )
     if bound.equations.constraints not in BUNDLED:
-        framed = len(first.directors), len(second.directors)
         check_equations(joint, bound.equations, framed, len(joint.given))
     return bound
 

@@ -8,14 +8,13 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements.elements import (
+from shellmb.model.elements import (
     BoundElement,
     bind_element,
     check_at_rest,
     coordinate_of,
     element_groups,
 )
-from shellmb.model.hinges.edges import bind_hinges
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
     COLUMN,
@@ -26,6 +25,7 @@ from shellmb.model.joints.coordinates import (
     distance_coordinate,
     joint_coordinate,
 )
+from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,
@@ -49,7 +49,6 @@ from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.joints import Screw
 
 # a driver's motion begins where the joint is, to this part of what is large for its coordinate
 AT_START = 1e-9
@@ -240,9 +239,7 @@ class Mechanism:
                     "joint with drivers, locks or force elements must act always"
                 )
             keys |= dict.fromkeys((item.joint, kind) for kind in scene.coordinates_of(item))
-        for joint in scene.joints:
-            if isinstance(joint, Screw):
-                keys |= {(joint.name, "rotation"): None, (joint.name, "translation"): None}
+        keys |= dict.fromkeys((joint.name, kind) for joint in scene.joints for kind in joint.tied)
         found = [
             joint_coordinate(self.joints[name], kind)
             for name, kind in keys
@@ -272,12 +269,12 @@ class Mechanism:
 
     def _screws(self) -> list[TiedCoordinates]:
         """Translation in proportion to rotation, for all screws."""
-        screws = [joint for joint in self._scene.joints if isinstance(joint, Screw)]
+        joints: tuple[Any, ...] = self._scene.joints
+        screws, scale = [joint for joint in joints if joint.tied], self._scale
         if not screws:
             return []
-        kinds, scale = ("rotation", "translation"), self._scale
         labels = [f"{joint.name}{SCREW}" for joint in screws]
-        pairs = [[self.table[joint.name, kind] for kind in kinds] for joint in screws]
+        pairs = [[self.table[joint.name, kind] for kind in joint.tied] for joint in screws]
         factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
         switched = any(joint.active is not None for joint in screws)
         tied = labels, pairs, factors, screws, scale.length, switched

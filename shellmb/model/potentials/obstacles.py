@@ -116,7 +116,7 @@ class RoundShape(Shape):
     def __init__(self, obstacle: Any, point: Any, axes: Floats, squared: bool) -> None:
         super().__init__(obstacle, point, axes)
         self.radius, self.sign = float(obstacle.radius), -1.0 if obstacle.inside else 1.0
-        self._squared, self._straight = squared, isinstance(obstacle, Rod)
+        self._squared, self._straight = squared, hasattr(obstacle, "axis")
         self.depth = self.radius if self.sign > 0 else np.inf
 
     def bind(self, constant: Callable[[Any], Any], length: float, always: Expr) -> None:
@@ -248,15 +248,17 @@ def shape_of(obstacle: Obstacle, moving: bool, linear: bool) -> Shape:
         moving: Whether it moves with a body.
         linear: Whether positions of points are linear in the state.
     """
-    match obstacle:
-        case Plane():
-            return PlaneShape(obstacle, obstacle.point, frame_about(obstacle.normal))
-        case Ball():
-            return RoundShape(obstacle, obstacle.center, np.eye(3), linear)
-        case Rod():
-            made = MovingRod if moving else RoundShape
-            return made(obstacle, obstacle.point, frame_about(obstacle.axis), linear)
-        case Box():
-            return BoxShape(obstacle)
-        case _:
-            raise NotImplementedError(f"no shape for {obstacle.label}")
+    return _SHAPES[type(obstacle)](obstacle, moving, linear)
+
+
+def _rod(rod: Rod, moving: bool, linear: bool) -> Shape:
+    made = MovingRod if moving else RoundShape
+    return made(rod, rod.point, frame_about(rod.axis), linear)
+
+
+_SHAPES: dict[type, Callable[[Any, bool, bool], Shape]] = {
+    Plane: lambda plane, *_: PlaneShape(plane, plane.point, frame_about(plane.normal)),
+    Ball: lambda ball, _, linear: RoundShape(ball, ball.center, np.eye(3), linear),
+    Rod: _rod,
+    Box: lambda box, *_: BoxShape(box),
+}

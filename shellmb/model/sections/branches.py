@@ -18,10 +18,9 @@ from ufl.corealg.traversal import traverse_unique_terminals
 from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.damping import Straining, at_state, taken
+from shellmb.forms.steps.damping import Branch, Straining, at_state, taken
 from shellmb.forms.steps.mixed import MixedStrains
 from shellmb.forms.steps.path import Rows, moment_of
-from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
 from shellmb.model.body import Term
 from shellmb.model.sections.strains import Integrate, SectionStrains, path_terms

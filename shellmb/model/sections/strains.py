@@ -13,13 +13,6 @@ from shellmb.forms.measure import Measure, at_middle, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient, variation
-from shellmb.forms.steps.general_strains import (
-    POINTS,
-    ExactInterval,
-    GeneralStrain,
-    QuadraticStrain,
-    StrainPath,
-)
 from shellmb.forms.steps.mixed import Interval, MixedStrains
 from shellmb.forms.steps.mixed_nonlinear import (
     NonlinearMixed,
@@ -28,7 +21,16 @@ from shellmb.forms.steps.mixed_nonlinear import (
     tangent,
 )
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
-from shellmb.forms.steps.stress_work import general_work, interval_work, stress_work
+from shellmb.forms.steps.stress_work import (
+    POINTS,
+    ExactInterval,
+    GeneralStrain,
+    QuadraticStrain,
+    StrainPath,
+    general_work,
+    interval_work,
+    stress_work,
+)
 from shellmb.model.body import Elastic, SubInterval, Term
 
 

@@ -11,7 +11,7 @@ from shellmb.arrays import Bools, Floats, Ints
 from shellmb.model.shell_contact.facets import Facets, around, nearest, pairs_near
 
 # part of the distance at which bodies touch by which lines are deeper than the nodes at their ends:
-# as of obstacles (`diagnostics.forces.contacts`)
+# as of obstacles (`diagnostics.contacts`)
 BETWEEN = 0.1
 # parts of a line, or of an element, by which something may miss it
 BESIDE = 1e-9

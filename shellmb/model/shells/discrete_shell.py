@@ -15,10 +15,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
-from shellmb.forms.shell import ShellStrains
+from shellmb.forms.shell import ShellStrains, Surface, surface
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.surface import Surface, surface
 from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
@@ -40,7 +39,6 @@ from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.positions import direction_1
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
-from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.values.user_functions import values_at
 
 # strains that a user's measure gives, and how many of each
@@ -94,7 +92,7 @@ class DiscreteShell(MassiveBody):
         if shell.holds_strains:
             # forces of constrained strains have hardly a compliance to be eliminated by
             self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
-        weighed = any(isinstance(load, Gravity) for load in loads)
+        weighed = any(getattr(load, "weighs", False) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         self.mass_of_section = bind_mass(every, domain) if weighed else None

@@ -8,14 +8,14 @@ result with fewer unknowns, the beam's third director is the shell's.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.joints import KINDS, Place
-from shellmb.forms.constraints.nodal import locked_kink
+from shellmb.forms.constraints.joints import KINDS, Place, locked_kink
 from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
@@ -334,8 +334,11 @@ def hold_glued(scene: Scene, every: Sequence[Glued], given: Prescribed) -> list[
     for glued in every:
         held = glued.held()
         glued.clamp(held)
-        for support in scene.supports:
-            if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glued.shell.name:
+        supports: tuple[Any, ...] = scene.supports
+        for support in supports:
+            if (support.rotation or support.translation) and scene.bodies_of(support)[
+                0
+            ].name == glued.shell.name:
                 moved = glued.driven(support) & ~held
                 glued.check_turned(support, moved, given)
                 who = f"the support Driven({support.at!r}) of '{glued.shell.name}'"

@@ -12,19 +12,17 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms import loads as load_forms
+from shellmb.forms import loads as forms
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.floating import shell as floating
-from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.floating.geometric_stiffness import of_shell
+from shellmb.forms.floating.frame import frame_constraints, of_shell
+from shellmb.forms.loads import Point
 from shellmb.forms.measure import Measure
-from shellmb.forms.shell import Mass, ShellStrains
+from shellmb.forms.shell import Mass, ShellStrains, Surface
 from shellmb.forms.steps.mixed import Interval, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
-from shellmb.forms.surface import Surface
-from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.body import LoadFactors, Manifold, Rates, largest
 from shellmb.model.frames.frame import FRAME, Floating
@@ -37,7 +35,29 @@ from shellmb.model.shells.elastic import ElasticShell
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
-from shellmb.scene.loads import loads as scene_loads
+from shellmb.scene.loads import loads
+
+# the virtual work of loads per area, or length of edges: of a shell, with what gives a parameter of
+# the load, displacement and change of the director, and their variations
+_DENSITIES: dict[type, Callable[..., Expr]] = {
+    loads.SurfaceForce: lambda of, given, u, w, du, dw: forms.dead_force(given("force"), du),
+    loads.EdgeForce: lambda of, given, u, w, du, dw: forms.dead_force(given("force"), du),
+    loads.FollowerSurfaceForce: lambda of, given, u, w, du, dw: forms.follower_force(
+        given("components"), u, w, of.surface, du
+    ),
+    loads.FollowerEdgeForce: lambda of, given, u, w, du, dw: forms.follower_force(
+        given("components"), u, w, of.edge_basis, du
+    ),
+    loads.Pressure: lambda of, given, u, w, du, dw: forms.pressure(
+        given("p", 1), u, of.surface, du
+    ),
+    loads.Gravity: lambda of, given, u, w, du, dw: forms.gravity(
+        given("acceleration"), of.mass_of_section, du, dw
+    ),
+    loads.EdgeMoment: lambda of, given, u, w, du, dw: forms.director_moment(
+        given("moment"), of.surface.D + w, dw
+    ),
+}
 
 
 class ShellModel(ElasticShell):
@@ -162,41 +182,22 @@ class ShellModel(ElasticShell):
         found = formulation.stress(e, N), formulation.joined(e, N)
         return NaturalStress(e, *found, self.strain, self.integrate, *factors)
 
-    def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
+    def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
         """Virtual work of a load, or of the stress of its natural strain."""
-        if not isinstance(load, scene_loads.Load):
+        density = _DENSITIES.get(type(load))
+        if density is None:
             assert self.natural is not None
             return self.natural.work(mid, dq)
-        (u, w), (du, dw) = self.layout.moved(mid), self.layout.moved(dq)
 
         def given(name: str, size: int = 3) -> Expr:
             """A constant, or a function of the position interpolated once."""
             return field_of(getattr(load, name), self.mixed, size, f"{load.label}: {name}")
 
-        match load:
-            case scene_loads.SurfaceForce():
-                return load_forms.dead_force(given("force"), du) * self.rules.full
-            case scene_loads.FollowerSurfaceForce():
-                force = load_forms.follower_force(given("components"), u, w, self.surface, du)
-                return force * self.rules.full
-            case scene_loads.Pressure():
-                return load_forms.pressure(given("p", 1), u, self.surface, du) * self.rules.full
-            case scene_loads.Gravity():
-                assert self.mass_of_section is not None
-                weight = load_forms.gravity(given("acceleration"), self.mass_of_section, du, dw)
-                return weight * self.rules.full
-            case scene_loads.EdgeForce():
-                return load_forms.dead_force(given("force"), du) * self.ds(load.at, "edge force")
-            case scene_loads.FollowerEdgeForce():
-                force = load_forms.follower_force(given("components"), u, w, self._edge_basis, du)
-                return force * self.ds(load.at, "follower edge force")
-            case scene_loads.EdgeMoment():
-                moment = load_forms.director_moment(given("moment"), self.surface.D + w, dw)
-                return moment * self.ds(load.at, "edge moment")
-        raise NotImplementedError(f"no form for {type(load).__name__}")
+        work = density(self, given, *self.layout.moved(mid), *self.layout.moved(dq))
+        return work * (self.ds(load.at, load.label) if hasattr(load, "at") else self.rules.full)
 
     @property
-    def _edge_basis(self) -> Surface:
+    def edge_basis(self) -> Surface:
         """Outward, along the edge, and normal: the basis of follower forces on edges."""
         surf = self.surface
         outward = ufl.FacetNormal(self.mixed.space.mesh)
@@ -235,7 +236,7 @@ class ShellModel(ElasticShell):
         return *strains.eps, *strains.kap, *strains.gam, formulation.psi(strains)
 
     def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
-        """Energies of squares of rotations about a frame, as of `geometric_stiffness.of_shell`."""
+        """Energies of squares of rotations about a frame, as of `forms.floating.frame.of_shell`."""
         return of_shell(N, self.layout.displacement(q), R, self.surface)
 
     def resultants(self, q: Expr) -> Expr:

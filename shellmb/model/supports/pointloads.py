@@ -1,6 +1,7 @@
 """Forces and moments at points of bodies."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -118,13 +119,15 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
         SceneError: If there is no such place, or a shell cannot carry the moment.
     """
     groups: dict[tuple[type, int], list[tuple[PointLoad, End]]] = {}
-    for load in scene.loads:
-        if not isinstance(load, PointForce | PointMoment | FollowerForce | FollowerMoment):
+    loads: tuple[Any, ...] = scene.loads
+    for load in loads:
+        if not load.at_point:
             continue
+        _, needed, given = _WORK[type(load)]
         (body,) = scene.bodies_of(load)
         end = find(body.name, load.at, load.label)
-        if isinstance(load, PointMoment) and not end.framed:
+        if given == "moment" and not end.framed:
             _refuse_drilling(load, end)
-        vectors = end.needed(_WORK[type(load)][1])
+        vectors = end.needed(needed)
         groups.setdefault((type(load), vectors), []).append((load, end))
     return [PointLoads(comm, items, vectors) for (_, vectors), items in groups.items()]

@@ -18,7 +18,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.forms.constraints import nodal as nodal_forms
+from shellmb.forms.constraints import joints as nodal_forms
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import Meshed, Nodes, said_point, shown

@@ -146,35 +146,40 @@ class SupportRows:
         Raises:
             SceneError: If the support's edge or point does not exist.
         """
-        match support := self._support:
-            case scene_supports.Clamped():
-                self._hold(support.at, "u")
-                self._hold(support.at, "w")
-            case scene_supports.Hinged() if np.any(support.offset):
-                self._at_offset(support, list(np.eye(3)))
-            case scene_supports.Hinged():
-                self._hold(support.at, "u")
-            case scene_supports.SoftSupport() if np.any(support.offset):
-                self._at_offset(support, [np.asarray(support.axis, dtype=float)])
-            case scene_supports.SoftSupport():
-                self._plane(support.at, "u", support.axis)
-            case scene_supports.Diaphragm():
-                for direction in frame_about(support.axis)[:2]:
-                    self._plane(support.at, "u", direction)
-            case scene_supports.HardSupport():
-                self._plane(support.at, "u", support.axis)
-                self._along_edge(support.at)
-            case scene_supports.SymmetryPlane():
-                self._plane(support.at, "u", support.normal)
-                self._crosses(support)
-                self._plane(support.at, "w", support.normal)
-            case scene_supports.Fixed():
-                self._components(support.at, "u", support.displacement)
-                self._components(support.at, "w", support.director)
-            case scene_supports.Driven():
-                self._drive(support)
-            case _:
-                raise NotImplementedError(f"no form for {type(support).__name__}")
+        _EQUATIONS[type(self._support)](self, self._support)
+
+    def _clamped(self, support: scene_supports.Clamped) -> None:
+        self._hold(support.at, "u")
+        self._hold(support.at, "w")
+
+    def _hinged(self, support: scene_supports.Hinged) -> None:
+        if np.any(support.offset):
+            self._at_offset(support, list(np.eye(3)))
+        else:
+            self._hold(support.at, "u")
+
+    def _soft(self, support: scene_supports.SoftSupport) -> None:
+        if np.any(support.offset):
+            self._at_offset(support, [np.asarray(support.axis, dtype=float)])
+        else:
+            self._plane(support.at, "u", support.axis)
+
+    def _diaphragm(self, support: scene_supports.Diaphragm) -> None:
+        for direction in frame_about(support.axis)[:2]:
+            self._plane(support.at, "u", direction)
+
+    def _hard(self, support: scene_supports.HardSupport) -> None:
+        self._plane(support.at, "u", support.axis)
+        self._along_edge(support.at)
+
+    def _symmetric(self, support: scene_supports.SymmetryPlane) -> None:
+        self._plane(support.at, "u", support.normal)
+        self._crosses(support)
+        self._plane(support.at, "w", support.normal)
+
+    def _fixed(self, support: scene_supports.Fixed) -> None:
+        self._components(support.at, "u", support.displacement)
+        self._components(support.at, "w", support.director)
 
     def _at_offset(
         self, support: scene_supports.Hinged | scene_supports.SoftSupport, directions: list[Floats]
@@ -281,6 +286,18 @@ class SupportRows:
         self._hold(support.at, "u", displacement)
         self._turn = None
         self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
+
+
+_EQUATIONS: dict[type, Callable[[SupportRows, Any], None]] = {
+    scene_supports.Clamped: SupportRows._clamped,
+    scene_supports.Hinged: SupportRows._hinged,
+    scene_supports.SoftSupport: SupportRows._soft,
+    scene_supports.Diaphragm: SupportRows._diaphragm,
+    scene_supports.HardSupport: SupportRows._hard,
+    scene_supports.SymmetryPlane: SupportRows._symmetric,
+    scene_supports.Fixed: SupportRows._fixed,
+    scene_supports.Driven: SupportRows._drive,
+}
 
 
 def turning(

@@ -34,8 +34,8 @@ from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import PotentialStrains, Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import values_in_cells
-from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.types import vector
+from shellmb.scene.values.bodies import UserBody
 
 ADVICE = "a smaller step"
 # of the energy of a constraint, below which a multiplier counts as zero

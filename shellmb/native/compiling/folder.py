@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from shellmb.barrier import arrive
 from shellmb.errors import RunError
-from shellmb.guarding.library_options import cache_root, user_options
+from shellmb.guarding import cache_root, user_options
 from shellmb.native.compiling.store import usable
 
 

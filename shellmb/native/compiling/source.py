@@ -1,4 +1,4 @@
-"""The loops in C as one library: its source, its name and how it is made.
+"""The loops in C as one library: its source, its name, and how a compiler makes it.
 
 The installation makes it as well, where nothing but cffi is there (`installing.py`).
 """
@@ -6,15 +6,18 @@ The installation makes it as well, where nothing but cffi is there (`installing.
 import hashlib
 import os
 import re
+import shlex
+import subprocess
 import sys
 import sysconfig
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import cffi  # type: ignore[import-untyped]
 
-from shellmb.native.compiling.compiler import run_compiler
+from shellmb.errors import RunError
 from shellmb.native.compiling.flags import COMPILER_FLAGS
-from shellmb.native.compiling.store import writing
+from shellmb.native.compiling.store import SAY, is_library, seal, writing
 from shellmb.native.programs.translation import CODES
 
 NATIVE = Path(__file__).parents[1]
@@ -24,6 +27,8 @@ INTEGRALS, INTERPRETERS = 8, ("interpret_one", "interpret_lanes")
 EXPORTED = re.compile(r"^(?:void|int|double)\b[^;{}]*\)(?=\n\{)", re.MULTILINE)
 # where the installation puts the library
 INSTALLED = NATIVE / f"loops{sysconfig.get_config_var('EXT_SUFFIX')}"
+
+NAME = "it must name a C compiler, as gcc does"
 
 
 def named_source() -> tuple[str, str, str]:
@@ -86,8 +91,52 @@ def compile_c(source: Path, target: Path) -> None:
         include = f"-I{sysconfig.get_path('include')}"
         begins = f"PyInit_{source.name.partition('.')[0]}"
         with writing(target.parent):
-            run_compiler([*COMPILER_FLAGS, include, str(source)], made, [begins])
+            _run_compiler([*COMPILER_FLAGS, include, str(source)], made, [begins])
             # at once: another process may look for it at any moment
             made.replace(target)
     finally:
         source.unlink()
+
+
+def _run_compiler(arguments: Sequence[str], made: Path, symbols: Iterable[str]) -> None:
+    """Make a shared library.
+
+    Args:
+        arguments: Of the C compiler, which is `$CC`, or the one of Python.
+        made: The library, a file that nobody looks for.
+        symbols: Names that it has to have.
+
+    Raises:
+        RunError: If there is no compiler, or it fails, or what it writes is no library.
+    """
+    compiler = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
+    try:
+        program = shlex.split(compiler)
+    except ValueError as error:
+        raise RunError(f"the environment variable CC is {compiler!r} ({error}); {NAME}") from error
+    if not program:
+        raise RunError(f"the environment variable CC is {compiler!r}; {NAME}")
+    command = [*program, "-std=c17", "-shared", "-fPIC", "-fwrapv", "-DNDEBUG"]
+    command += [*arguments, "-o", str(made)]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
+        )
+    except OSError as error:
+        raise RunError(
+            f"there is no C compiler '{command[0]}' ({error.strerror}), which the loops over "
+            "cells need: install gcc, or name another one by the environment variable CC"
+        ) from error
+    if done.returncode != 0:
+        made.unlink(missing_ok=True)
+        full = f"; {SAY}, or make room" if "No space left" in done.stderr else ""
+        raise RunError(f"the C compiler fails{full}: {shlex.join(command)}\n{done.stderr}")
+    content = made.read_bytes() if made.is_file() else b""
+    if not is_library(content) or not all(name.encode() in content for name in symbols):
+        made.unlink(missing_ok=True)
+        raise RunError(
+            f"the C compiler '{compiler}' ends without an error, and what it writes is not the "
+            "library that was requested; install gcc, or name another compiler by the environment "
+            "variable CC"
+        )
+    seal(made)

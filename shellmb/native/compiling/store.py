@@ -4,8 +4,11 @@ What is in it is executed, so it must be the user's own. A library carries a che
 at its end, which the system's loader does not look at: what was cut or spoilt is made anew.
 """
 
+import errno
+import grp
 import logging
 import os
+import pwd
 import shutil
 import stat
 import tempfile
@@ -16,7 +19,6 @@ from functools import cache
 from pathlib import Path
 
 from shellmb.errors import RunError
-from shellmb.guarding.permissions import OTHERS, other_writers
 
 _log = logging.getLogger(__name__)
 
@@ -27,6 +29,9 @@ MARK = b"shellmb crc32 "
 # bytes of the head of an ELF file that say for which machine it is: class, order, machine
 MACHINE = (slice(0, 6), slice(18, 20))
 SAY = "name another folder by the environment variable XDG_CACHE_HOME"
+
+# permission of others to write
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 @cache
@@ -113,7 +118,7 @@ def _refuse_shared(folder: Path) -> None:
                 alone=True,
             )
         sticky = place is not folder and found.st_mode & stat.S_ISVTX
-        if not sticky and (writers := other_writers(place, found)):
+        if not sticky and (writers := _other_writers(place, found)):
             raise RunError(
                 f"the cache of loops, {folder}, is not used: {writers} can write {place}, and "
                 f"put programs there; remove that permission (chmod go-w), or {SAY}",
@@ -226,7 +231,7 @@ def is_intact(library: Path, name: str) -> bool:
     """
     try:
         found = library.stat()
-        ours = found.st_uid in (os.getuid(), 0) and not other_writers(library, found)
+        ours = found.st_uid in (os.getuid(), 0) and not _other_writers(library, found)
         if not (stat.S_ISREG(found.st_mode) and ours):
             return False
         content = library.read_bytes()
@@ -235,3 +240,50 @@ def is_intact(library: Path, name: str) -> bool:
     checksum = MARK + b"%08x" % zlib.crc32(memoryview(content)[: -len(MARK) - 8])
     # a file without a cut may hold code for another machine
     return is_library(content) and name.encode() in content and content.endswith(checksum)
+
+
+def _other_writers(place: Path, found: os.stat_result) -> str | None:
+    """Others who may write a file or a folder.
+
+    Args:
+        place: Its path.
+        found: Its status.
+
+    Returns:
+        Their name; none if only its owner may, or a group of the user alone.
+    """
+    if found.st_mode & stat.S_IWOTH:
+        return "everybody"
+    if not found.st_mode & stat.S_IWGRP:
+        return None
+    # the permissions of a group are the most that a list of users gives
+    if _has_list(place):
+        return "who is in its access control list"
+    return None if _is_private(found.st_gid) else f"its group ({_group_name(found.st_gid)})"
+
+
+def _has_list(place: Path) -> bool:
+    try:
+        os.getxattr(place, "system.posix_acl_access")
+    except (OSError, AttributeError) as error:
+        # systems without such lists, or none for this file
+        return getattr(error, "errno", None) == errno.EACCES
+    return True
+
+
+@cache
+def _is_private(number: int) -> bool:
+    """Decide whether a group is that of the user alone, which has the user's name by custom."""
+    try:
+        user, group = pwd.getpwuid(os.getuid()).pw_name, grp.getgrgid(number)
+    except KeyError:
+        return False
+    others = (account.pw_name for account in pwd.getpwall() if account.pw_gid == number)
+    return group.gr_name == user and {*group.gr_mem, *others} <= {user}
+
+
+def _group_name(number: int) -> str:
+    try:
+        return grp.getgrgid(number).gr_name
+    except KeyError:
+        return str(number)

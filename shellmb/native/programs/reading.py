@@ -11,9 +11,17 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.core.expr import Expr
 from ufl.core.multiindex import FixedIndex
 
-from shellmb.native.programs.algebra import Tensor, array, contract, crossed, det, inverse, times
 from shellmb.native.programs.directions import Along, ByVariable, Gateaux
-from shellmb.native.programs.geometry import Geometry
+from shellmb.native.programs.geometry import (
+    Geometry,
+    Tensor,
+    array,
+    contract,
+    crossed,
+    det,
+    inverse,
+    times,
+)
 from shellmb.native.programs.graph import UNARY, Graph, Input, Multilinear, Scalar, Unsupported
 
 # source of the values of the first argument; that of the second is one less

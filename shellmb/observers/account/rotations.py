@@ -23,7 +23,7 @@ from shellmb.scene.multibody.joints import GROUND
 from shellmb.simulate.simulation import Simulation
 
 # the square of the way of a wave in a step over the radius, at which a body loses half of what one
-# loses that does not stretch (`diagnostics.turns`)
+# loses that does not stretch (`diagnostics.steps`)
 HALF_STIFF = 40.0
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
@@ -44,7 +44,7 @@ class Turn:
         total: Sum of the angles `mean` of all steps so far, rad.
         speed: Speed of waves in the body, m/s; zero: what stiff bodies lose is of no interest.
         stiff: Sum of `mean^2` over the steps, each times the part of it that a body loses which is
-            as stiff (`diagnostics.turns`).
+            as stiff (`diagnostics.steps`).
     """
 
     angle: float = 0.0

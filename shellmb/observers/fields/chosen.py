@@ -16,7 +16,7 @@ from shellmb.observers.fields.reserves import judged
 from shellmb.observers.fields.resultants import Strained
 from shellmb.observers.fields.through import NodalResultants, interlaminar, ply_rows, ply_state
 from shellmb.scene import Scene, Shell
-from shellmb.scene.checks.fields import wanted_fields
+from shellmb.scene.checks.names import wanted_fields
 from shellmb.scene.fields import FIELDS, JUDGED, SPRINGS, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation

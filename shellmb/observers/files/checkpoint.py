@@ -11,8 +11,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
-from shellmb.files.checksums import add_checksum, checksum
-from shellmb.files.writing import drafted, make_folder, write_text
+from shellmb.files.writing import add_checksum, checksum, drafted, make_folder, write_text
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.restart import Restartable, arrays_of, without_arrays
 from shellmb.scene.fingerprint import Fingerprint, fingerprint

@@ -86,30 +86,39 @@ def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | Non
         centre: The middle of the scene, shape (3,), m.
         size: Size of the scene, m.
     """
-    obstacle: Any = contact.obstacle
-    if isinstance(obstacle, Ball | Box):
-        if isinstance(obstacle, Ball):
-            local, triangles = _revolved(*_arc(obstacle.radius))
-        else:
-            local, triangles = _box(np.array(obstacle.size))
-            local = local @ obstacle.axes
-        corners = np.asarray(obstacle.center) + local
-        return Solid(contact.name, corners, triangles, contact.obstacle_body)
-    if not isinstance(obstacle, Plane | Rod):
+    shape = _OBSTACLES.get(type(contact.obstacle))
+    if shape is None:
         return None
-    frame = frame_about(obstacle.normal if isinstance(obstacle, Plane) else obstacle.axis)
-    point, along = np.asarray(obstacle.point), np.outer(frame[2], frame[2])
-    half = REACH * size / 2
-    if isinstance(obstacle, Plane):
-        # the foot of the scene's middle
-        foot = centre - along @ (centre - point)
-        local = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-        triangles = np.array(HALVES)
-    else:
-        foot = point + along @ (centre - point)
-        radii = np.array([obstacle.radius, obstacle.radius])
-        local, triangles = _revolved(radii, np.array([-half, half]))
-    return Solid(contact.name, foot + local @ frame, triangles, contact.obstacle_body)
+    corners, triangles = shape(contact.obstacle, centre, REACH * size / 2)
+    return Solid(contact.name, corners, triangles, contact.obstacle_body)
+
+
+def _ball(ball: Ball, *_: Any) -> tuple[Floats, Ints]:
+    local, triangles = _revolved(*_arc(ball.radius))
+    return np.asarray(ball.center) + local, triangles
+
+
+def _block(box: Box, *_: Any) -> tuple[Floats, Ints]:
+    local, triangles = _box(np.array(box.size))
+    return np.asarray(box.center) + local @ box.axes, triangles
+
+
+def _plane(plane: Plane, centre: Floats, half: float) -> tuple[Floats, Ints]:
+    frame = frame_about(plane.normal)
+    # the foot of the scene's middle
+    foot = centre - np.outer(frame[2], frame[2]) @ (centre - np.asarray(plane.point))
+    local = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    return foot + local @ frame, np.array(HALVES)
+
+
+def _shaft(rod: Rod, centre: Floats, half: float) -> tuple[Floats, Ints]:
+    frame, point = frame_about(rod.axis), np.asarray(rod.point)
+    foot = point + np.outer(frame[2], frame[2]) @ (centre - point)
+    local, triangles = _revolved(np.array([rod.radius, rod.radius]), np.array([-half, half]))
+    return foot + local @ frame, triangles
+
+
+_OBSTACLES: dict[type, Any] = {Ball: _ball, Box: _block, Plane: _plane, Rod: _shaft}
 
 
 def joined(solids: Sequence[Solid]) -> tuple[Floats, Ints]:

@@ -19,7 +19,7 @@ from dolfinx import fem
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, Dofs, added
-from shellmb.model.elements.elements import ElementGroup
+from shellmb.model.elements import ElementGroup
 from shellmb.model.model import Model
 from shellmb.model.reduced.modal import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns

@@ -22,9 +22,9 @@ from shellmb.model.reduced.data import ModalBody
 from shellmb.preprocessing.modal.basis import Attachment, ReducedBody
 from shellmb.preprocessing.modal.supports import stays_rigid
 from shellmb.scene import RigidBody, Scene
-from shellmb.scene.checks.fields import has_field
+from shellmb.scene.checks.names import has_field
 from shellmb.scene.checks.whole import groups_of
-from shellmb.scene.loads.supports import Fixed, Hinged
+from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import node_of
@@ -255,7 +255,7 @@ class _Reduction:
         for edge in as_names(support.at):
             name = f"{target.name}.{edge}"
             frame = self._frame(target.name, edge, support.label, name).frame
-            if isinstance(support, Hinged):
+            if support.hinges:
                 yield Spherical(name, GROUND, frame.name, at=frame.position)
             else:
                 # moments of what supports carry are about the origin

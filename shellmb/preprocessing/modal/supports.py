@@ -15,13 +15,13 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame, describe
 from shellmb.preprocessing.modal.isolated import IsolatedBody
-from shellmb.scene import GROUND, Clamped, Hinged, Joint, Revolute, Support, Weld
+from shellmb.scene import GROUND, Clamped, Joint, Revolute, Support, Weld
 from shellmb.scene.multibody.rigid import Interface
 
 
-def stays_rigid(support: Support, target: Any) -> bool:
+def stays_rigid(support: Any, target: Any) -> bool:
     """Decide whether each edge of a support moves as a rigid frame."""
-    if isinstance(support, Hinged):
+    if support.hinges:
         return target.directors == 3 and not np.any(support.offset)
     return isinstance(support, Clamped)
 
@@ -57,7 +57,7 @@ def support_joint(
     size = float(np.linalg.norm(np.ptp(X, axis=0)))
     shift, turn = free[:3, 0], free[3:, 0]
     about = free.shape[1] == 1 and np.linalg.norm(turn) * size > SMALL * np.linalg.norm(shift)
-    if about and all(isinstance(s, Hinged) for s in supports):
+    if about and all(s.hinges for s in supports):
         at = middle + np.cross(turn, shift) / (turn @ turn)
         x, y, z = map(float, turn / np.linalg.norm(turn))
         place = frame(at)

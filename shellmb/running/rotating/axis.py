@@ -132,7 +132,7 @@ def _axes_of_parts(scene: Scene) -> Iterator[tuple[Any, Any]]:
     for driver in scene.drivers:
         joint: Any = scene.joint(driver.joint)
         if driver.rotation is not None and _grounded(joint):
-            yield joint.axis, _place(scene, joint, joint.first, joint.at)
+            yield joint.axis, _place(scene, joint.first, joint.at)
 
 
 def bearing(scene: Scene) -> Axis | None:
@@ -142,10 +142,10 @@ def bearing(scene: Scene) -> Axis | None:
         if support.rotation is not None:
             return Axis(support.axis, support.about)
     for joint in scene.joints:
-        if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
-            place = _place(scene, joint, joint.first, joint.at)
+        if _HOLDING.get(type(joint)) == (True, True) and _grounded(joint):
+            place = _place(scene, joint.first, joint.at)
             if place is not None:
-                return Axis(joint.axis, place.tolist())
+                return Axis(joint.lines[0], place.tolist())
     return None
 
 
@@ -156,7 +156,7 @@ def _size(scene: Scene) -> float:
     return max([1.0, *(float(np.linalg.norm(p)) for p in points)])
 
 
-def _place(scene: Scene, item: Any, owner: str, at: Any) -> Floats | None:
+def _place(scene: Scene, owner: str, at: Any) -> Floats | None:
     """Place where a joint or element holds on to a body, if that is known without a mesh."""
     if isinstance(at, str) or at is None:
         body = next((b for b in scene.rigid_bodies if b.name == owner), None)
@@ -243,23 +243,22 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
                 )
 
 
+# joints that may hold a system that turns: whether on a line, and at a place, that must be the axis
+_HOLDING = {Revolute: (True, True), Cylindrical: (True, True), Spherical: (False, True)}
+_HOLDING |= {Distance: (False, True), Planar: (True, False), InPlane: (True, False)}
+
+
 def _check_bearing(scene: Scene, joint: Any, axis: Axis, size: float) -> None:
     """A joint to ground looks the same from a frame that turns."""
     bound = axis.axis, axis.about
     ends = ((joint.first, joint.at), (joint.second, joint.second_at or joint.at))
-    places = [_place(scene, joint, owner, at) for owner, at in ends]
+    places = [_place(scene, owner, at) for owner, at in ends]
     on = next((p for (owner, _), p in zip(ends, places, strict=True) if owner == GROUND), None)
     on = on if on is not None else next((p for p in places if p is not None), None)
-    match joint:
-        case Revolute() | Cylindrical():
-            good = axis.along(joint.axis) and (on is None or axis.has(on, size))
-        case Spherical() | Distance():
-            good = on is None or axis.has(on, size)
-        case Planar() | InPlane():
-            good = axis.along(joint.normal)
-        case _:
-            good = False
-    if not good:
+    has_line, has_place = _HOLDING.get(type(joint), (False, False))
+    along = not has_line or axis.along(joint.lines[0])
+    through = not has_place or on is None or axis.has(on, size)
+    if not (has_line or has_place) or not (along and through):
         raise SceneError(
             f"modes: {joint.said} holds on to ground, which does not turn along about "
             f"{show(bound[0])} through {show(bound[1])}; it must be a revolute, cylindrical or "

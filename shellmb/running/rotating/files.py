@@ -14,7 +14,7 @@ from shellmb.options.linear import ModesOptions
 from shellmb.running.natural_modes.run import ModesDirectory, modes_directory, write_shapes
 from shellmb.running.natural_modes.vibration import check_count
 from shellmb.running.results import Results, add_results
-from shellmb.running.resuming.resume import state_of_run
+from shellmb.running.resume import state_of_run
 from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.campbell import Campbell, campbell
 from shellmb.running.rotating.modes import RotatingModes, modes_of

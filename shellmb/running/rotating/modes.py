@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Motion
-from shellmb.diagnostics.stiffened_modes import stiffened_modes
+from shellmb.diagnostics.modes import stiffened_modes
 from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as

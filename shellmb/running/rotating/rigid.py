@@ -30,7 +30,7 @@ from shellmb.observers.fields.nodal import NodalBody, nodal_bodies
 from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.quadratic import Pair, product
-from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
+from shellmb.scene import GROUND, Planar, Scene
 
 Functions = Mapping[str, fem.Function]
 
@@ -304,11 +304,11 @@ def _free(scene: Scene) -> Floats:
     for joint in scene.joints:
         if GROUND not in (joint.first, joint.second):
             continue
-        slides = np.zeros((3, 3))
-        if joint.name not in acts and isinstance(joint, Cylindrical | Prismatic | Planar):
-            along = np.asarray(joint.normal if isinstance(joint, Planar) else joint.axis, float)
+        slides, planar = np.zeros((3, 3)), isinstance(joint, Planar)
+        if joint.name not in acts and (planar or "translation" in joint.freedoms):
+            along = np.asarray(joint.lines[0], float)
             slides = np.outer(along, along) / (along @ along)
-            if isinstance(joint, Planar):
+            if planar:
                 slides = np.eye(3) - slides
         held += np.eye(3) - slides
     values, vectors = np.linalg.eigh(held)

@@ -7,7 +7,7 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.locations import EDGES, check_place
+from shellmb.scene.checks.names import EDGES, check_place
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Description
 from shellmb.scene.lookup import connected
@@ -21,7 +21,6 @@ from shellmb.scene.multibody.joints import (
     Revolute,
     Rolling,
     Screw,
-    ShellRevolute,
 )
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.probes import MOTIONS
@@ -58,7 +57,7 @@ def joint_rules(scene: Description, joint: Joint) -> Sentences:
     if joint.of_regions and not second.directors and joint.second_at not in along:
         known = f"a region of {said(second)}: {listed(along) or 'none'}"
         yield "second_at", f"it must be {known}, because its nodes carry no moment"
-    if isinstance(joint, ShellRevolute) and second.directors != 1:
+    if joint.about_director and second.directors != 1:
         yield f"second is {said(second)}; it must be a shell, or use Weld"
     if joint.at is not None:
         _end(scene, joint.first, joint.at, joint.said)

@@ -5,7 +5,7 @@ from itertools import takewhile
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.scene.checks.locations import ANY, check_place
+from shellmb.scene.checks.names import ANY, check_place
 from shellmb.scene.description import Description
 from shellmb.scene.loads.contacts import Contact, EnclosedVolume
 from shellmb.scene.multibody.elements import JointStop

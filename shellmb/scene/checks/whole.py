@@ -11,9 +11,8 @@ from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks import potentials as checks_potentials
 from shellmb.scene.checks import schemes as checks_schemes
 from shellmb.scene.checks import signals as checks_signals
-from shellmb.scene.checks.fields import field_rules, reserve_rules
 from shellmb.scene.checks.ignored_settings import effect_rules
-from shellmb.scene.checks.locations import ANY, EDGES, FIELDS, check_place
+from shellmb.scene.checks.names import ANY, EDGES, PARTS, check_place, field_rules, reserve_rules
 from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
@@ -36,7 +35,7 @@ ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 NAMES: dict[Any, tuple[str, ...]] = {
     Fixed: ANY,
     HardSupport: EDGES,
-    Support: FIELDS,
+    Support: PARTS,
     EdgeLoad: EDGES,
     PointLoad | Probe: ("point",),
 }

@@ -32,11 +32,13 @@ class Support:
         body: Name of the supported shell or beam, or None.
         rotation: Angle over time that it turns by, or None.
         translation: Displacement over time that it moves by, or None.
+        hinges: Whether it lets directors turn freely about the places that it holds.
     """
 
     at: Any
     body: str | None
     label: ClassVar[str] = "support"
+    hinges: ClassVar[bool] = False
     rotation: Any = None
     translation: Any = None
 
@@ -87,6 +89,8 @@ class Hinged(EdgeSupport):
 
     body: Name | None = None
     offset: Arm = 0.0
+
+    hinges = True
 
 
 @described("soft support")

@@ -47,6 +47,8 @@ class Joint:
         rolls: Whether it forbids velocities, and not places.
         along_scene: Whether its forces are reported along the scene's axes, as these turn with the
             first body, and not along its own.
+        about_director: Whether its axis is the director of a shell.
+        tied: Coordinates that change in proportion.
     """
 
     name: Name
@@ -65,6 +67,8 @@ class Joint:
     of_regions: ClassVar[bool] = False
     rolls: ClassVar[bool] = False
     along_scene: ClassVar[bool] = False
+    about_director: ClassVar[bool] = False
+    tied: ClassVar[tuple[str, ...]] = ()
     label: ClassVar[str] = "joint"
 
     def _wrong(self) -> Sentences:
@@ -75,6 +79,12 @@ class Joint:
     def said(self) -> str:
         """Name that messages use for it."""
         return f"{self.label} '{self.name}'"
+
+    @property
+    def lines(self) -> tuple[Axis, ...]:
+        """Directions on both bodies of its axis or normal; empty: it has none."""
+        line = getattr(self, "axis", None) or getattr(self, "normal", None)
+        return (line, line) if line else ()
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:
@@ -114,6 +124,11 @@ class Universal(Joint):
 
     axis: Axis = field(kw_only=True)
     second_axis: Axis = field(kw_only=True)
+
+    @property
+    def lines(self) -> tuple[Axis, ...]:
+        """Both axes."""
+        return self.axis, self.second_axis
 
     def __post_init__(self) -> None:
         """Check the axes.
@@ -177,6 +192,7 @@ class Screw(Joint):
     pitch: Finite = field(kw_only=True)
 
     freedoms = ("rotation",)
+    tied = ("rotation", "translation")
 
     def _wrong(self) -> Sentences:
         """Check the pitch."""
@@ -253,6 +269,7 @@ class ShellRevolute(Joint):
     axis: Axis | None = field(default=None, kw_only=True)
 
     shells = (False, True)
+    about_director = True
 
 
 @described("own joint")

@@ -7,7 +7,7 @@ nor mean velocity, a single state of statics no chord either, and in linear stat
 replaced by their linear part.
 
 Rates of strains over a step are those of eq. (D1) in `forms.steps.damping`; stresses of other
-combinations of the same two are those of (V3) in `forms.steps.relaxation`.
+combinations of the same two are those of (V3) in `forms.steps.damping`.
 """
 
 from collections.abc import Iterable, Sequence

@@ -13,8 +13,7 @@ from shellmb.observers.probes import linear, spot_of
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
-from shellmb.sensitivity.adjoint.element_fields import ElementField
-from shellmb.sensitivity.adjoint.elementwise import by_element, changes
+from shellmb.sensitivity.adjoint.elementwise import ElementField, by_element, changes
 from shellmb.sensitivity.adjoint.objective import Objective, evaluated, names_of, slopes
 from shellmb.sensitivity.adjoint.steps import State, Steps, copied, put, starts
 from shellmb.sensitivity.adjoint.sweep import Sweep, weighed

@@ -11,7 +11,7 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
 from shellmb.scene.schemes import REVERSIBLE
-from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
+from shellmb.sensitivity.adjoint.elementwise import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.parameters import (
     beside,

@@ -25,8 +25,7 @@ from shellmb.observers.fields.through import NodalResultants, PlyRows, PlyState,
 from shellmb.scene import Shell
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END
-from shellmb.sensitivity.adjoint.element_fields import ElementField
-from shellmb.sensitivity.adjoint.elementwise import shells_beside
+from shellmb.sensitivity.adjoint.elementwise import ElementField, shells_beside
 from shellmb.sensitivity.adjoint.objective import FOURTH
 from shellmb.sensitivity.adjoint.steps import State, put, starts
 from shellmb.sensitivity.adjoint.sweep import StoredSteps

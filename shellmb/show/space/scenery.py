@@ -14,8 +14,7 @@ from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.colours import MARKS, PLAIN, Colouring, colouring, values
 from shellmb.show.space.display import canvas, has_display
-from shellmb.show.space.shapes import Shape, State, read_state, shape_of
-from shellmb.show.space.smooth import Pieces, Slab
+from shellmb.show.space.shapes import Pieces, Shape, Slab, State, read_state, shape_of
 from shellmb.show.space.views import THEMES, Appearance, View, axes, enlargement, look, view_of
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from shellmb.scene.control.sensors import Sensor
 from shellmb.simulate.control.sampling import Sampler
 from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
 from shellmb.simulate.stepping import Attempt, StepInfo
-from shellmb.simulate.stepsize.control import LEAST
+from shellmb.simulate.stepsize import LEAST
 
 # a simulation (`shellmb.simulate.simulation.Simulation`), which has these controls itself
 type Running = Any

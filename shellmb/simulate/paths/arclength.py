@@ -27,12 +27,11 @@ from shellmb.simulate.paths.branches import (
     sense,
     turned,
 )
-from shellmb.simulate.paths.levels import crossings, land, reached
-from shellmb.simulate.paths.limits import Limit, Whole, locate
+from shellmb.simulate.paths.levels import Limit, Whole, crossings, land, locate, reached
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep
 from shellmb.simulate.stepping import Attempt
-from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.stepsize import StepSize
 from shellmb.system.newton.bordered import Bordered
 
 # Largest step, where the scene does not say: relative to the first one; or, if that is more, the

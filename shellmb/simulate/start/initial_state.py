@@ -13,9 +13,9 @@ from shellmb.model.body import Body
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.model import Model
 from shellmb.model.sanity_checks import refuse_folded
-from shellmb.prefixes import below
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.modal.tangent import tangent
+from shellmb.restart import below
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import listed, said

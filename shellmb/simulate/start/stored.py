@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, alike, warn
-from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, read_bytes, read_json, read_series, unpacked
+from shellmb.files.writing import checksum, is_intact
 from shellmb.model.signals import Signals, Way
-from shellmb.prefixes import below
+from shellmb.restart import below
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import listed, said

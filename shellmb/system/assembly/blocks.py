@@ -24,14 +24,10 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import together
-from shellmb.system.assembly.dependent_functions import following
-from shellmb.system.assembly.entries import most_entries
-from shellmb.system.assembly.fields import DependentFunctions, Field
-from shellmb.system.assembly.ghost_exchange import Numbers
-from shellmb.system.assembly.numbering import Numbering
-from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
+from shellmb.system.assembly.fields import DependentFunctions, Field, following, general_position
+from shellmb.system.assembly.functionals import DolfinxResiduals, Residuals, RowForm
+from shellmb.system.assembly.numbering import Numbering, Numbers, most_entries
 from shellmb.system.couplings import Coupled, Coupling
-from shellmb.system.generic_values import general_position
 
 
 class Evaluate(Protocol):

@@ -1,18 +1,23 @@
-"""Input of the block system: fields with unknown functions, links between nodes, fixed dofs.
+"""Input of the block system: fields and what follows from them, links of nodes, fixed dofs.
 
 The system layer knows no shells: a field is a function space with an unknown function in it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats, Int32s, Ints
+from shellmb.native import library as native
+from shellmb.native.assembler import is_native
+from shellmb.native.library import CArrays
 
 
 @dataclass(frozen=True)
@@ -181,3 +186,83 @@ class Field:
     def size_all(self) -> int:
         """Number of dofs of the space on this rank, with ghosts."""
         return self.size_local + int(self.function.function_space.dofmap.index_map.num_ghosts)
+
+
+@contextmanager
+def general_position(forms: Sequence[Form]) -> Iterator[None]:
+    """For a moment, all that forms depend on has such values.
+
+    Args:
+        forms: The forms.
+    """
+    # in the order of the forms and not of a set, so that each run finds the same entries
+    functions = dict.fromkeys(c for form in forms for c in form.coefficients())
+    arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]
+    constants = dict.fromkeys(c for form in forms for c in form.constants())
+    arrays += [c.value for c in constants if isinstance(c, fem.Constant)]
+    kept = [array.copy() for array in arrays]
+    general = np.random.default_rng(0)
+    for array in arrays:
+        # near what is not zero: directors stay on their side of a curved surface
+        size = np.max(np.abs(array), initial=0.0)
+        array[...] += general.uniform(0.5, 1.5, array.shape) * (0.1 * size or 1.0)
+    try:
+        yield
+    finally:
+        for array, values in zip(arrays, kept, strict=True):
+            array[...] = values
+
+
+def following(followers: Sequence[DependentFunctions]) -> Callable[[], None]:
+    """Make what gives functions that follow others their values.
+
+    Args:
+        followers: The functions.
+    """
+    return Following(followers) if is_native() else partial(_follow, followers)
+
+
+def _follow(followers: Sequence[DependentFunctions]) -> None:
+    for some in followers:
+        sources = [source.x.array for source in some.sources]
+        for function, row in zip(some.functions, some.weights, strict=True):
+            # what is always zero stays so
+            if np.any(row):
+                function.x.array[:] = sum(w * s for w, s in zip(row, sources, strict=True) if w)
+
+
+class Following:
+    """Gives functions that are combinations of others their values.
+
+    Args:
+        followers: The functions, whose arrays live as long as this object.
+
+    Attributes:
+        members: For C, in the order of the arguments.
+    """
+
+    def __init__(self, followers: Sequence[DependentFunctions]) -> None:
+        self._lib, self._pointer = native.cells().lib, CArrays()
+        sizes, terms, sources, weights, targets = [], [], [], [], []
+        for some in followers:
+            for function, row in zip(some.functions, some.weights, strict=True):
+                # what is always zero stays so
+                of = [k for k, weight in enumerate(row) if weight]
+                if of:
+                    sizes.append(len(function.x.array))
+                    terms.append(len(of))
+                    targets.append(self._pointer(function.x.array))
+                    sources += [self._pointer(some.sources[k].x.array) for k in of]
+                    weights += [row[k] for k in of]
+        self.members: dict[str, Any] = {
+            "followers": len(sizes),
+            "sizes": self._pointer(np.array(sizes or [0], dtype=np.int32)),
+            "terms": self._pointer(np.array(terms or [0], dtype=np.int32)),
+            "from": self._pointer.many("double *", sources),
+            "weights": self._pointer(np.array(weights or [0.0])),
+            "to": self._pointer.many("double *", targets),
+        }
+
+    def __call__(self) -> None:
+        """Take the values of their sources."""
+        self._lib.follow(*self.members.values())

@@ -1,7 +1,8 @@
-"""Integrals over meshes: energies, momenta, work."""
+"""Integrals over meshes: energies, momenta, work, and residuals by DOLFINx."""
 
 import itertools
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 from mpi4py import MPI
@@ -11,11 +12,13 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.kernels import compile_all
-from shellmb.system.assembly.loops import FormLoop, MeshGeometry
+from shellmb.native.library import cell_dofs
+from shellmb.system.assembly.fields import Field
+from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
 
 
 def vector_of(mesh: Any, size: int) -> Any:
@@ -122,3 +125,53 @@ def _size(forms: Sequence[Form]) -> int:
     """Number of values that some forms add up to."""
     spaces = [form.arguments()[0].ufl_function_space() for form in forms if form.arguments()]
     return int(spaces[0].value_size) if spaces else 1
+
+
+# a compiled residual with the numbers of the fields whose rows it has
+RowForm = tuple[fem.Form, tuple[int, ...]]
+
+
+class DolfinxResiduals:
+    """Residuals form by form, by DOLFINx.
+
+    Args:
+        forms: Compiled forms with the numbers of the fields whose rows they are.
+        fields: The fields.
+        offsets: First place of each in the local arrays.
+    """
+
+    def __init__(
+        self, forms: Sequence[RowForm], fields: Sequence[Field], offsets: Sequence[int]
+    ) -> None:
+        self._forms, self._fields, self._offsets = forms, fields, offsets
+
+    @cached_property
+    def _placed(self) -> list[tuple[fem.Form, Ints]]:
+        """Forms with the places of their rows; found when they are first assembled by these."""
+        tables = [
+            cell_dofs(field.function.function_space) + int(offset)
+            for field, offset in zip(self._fields, self._offsets, strict=False)
+        ]
+        found = []
+        for form, rows in self._forms:
+            if form.rank == 0:
+                # a term of nothing
+                continue
+            (space,) = form.function_spaces
+            own = cell_dofs(space)
+            places = np.zeros(own.max(initial=-1) + 1, dtype=np.int64)
+            places[own] = np.hstack([tables[k] for k in rows])
+            found.append((form, places))
+        return found
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        for form, places in self._placed:
+            local[places] += fem.assemble_vector(form).array
+
+    def refresh(self) -> None:
+        """Take nothing: DOLFINx does at each assembly."""
+
+
+# what assembles the residuals of all fields
+Residuals = DolfinxResiduals | LoopResiduals

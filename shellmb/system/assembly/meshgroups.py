@@ -11,8 +11,8 @@ from shellmb.arrays import Floats, Ints
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
+from shellmb.system.assembly.functionals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, PlacedForm, Rows
-from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 
 
 @dataclass(frozen=True)

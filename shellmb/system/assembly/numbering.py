@@ -1,4 +1,4 @@
-"""Global numbering of the unknowns of all fields, with linked dofs numbered once.
+"""Global numbering of the unknowns of all fields, and their values on ranks that see them.
 
 Every rank numbers the dofs it owns, field after field, leaving out those that are linked to dofs
 of another field;
@@ -6,12 +6,17 @@ linked dofs take the number of their target. This is the local-to-global map thr
 everything is assembled, so nothing else in the system needs to know about links.
 """
 
+from collections.abc import Iterable, Sequence
+
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx import la
 
-from shellmb.arrays import Ints
+from shellmb.arrays import Floats, Ints
+from shellmb.native.library import cell_dofs
 from shellmb.system.assembly.fields import Field
 
 
@@ -79,3 +84,108 @@ def _look_up(comm: MPI.Comm, numbers: Ints, index_map, targets: Ints) -> Ints:  
     values = np.concatenate([p[1] for p in pairs])
     order = np.argsort(keys)
     return values[order][np.searchsorted(keys[order], targets)]
+
+
+def most_entries(
+    comm: MPI.Comm,
+    numbering: Numbering,
+    fields: Sequence[Field],
+    places: Iterable[tuple[int, int]],
+) -> npt.NDArray[np.int32] | None:
+    """Bound on the entries of each row: all columns of all cells around its unknown.
+
+    Args:
+        comm: Communicator.
+        numbering: Numbers of the unknowns.
+        fields: The fields.
+        places: Blocks that are not empty, by row and column field.
+
+    Returns:
+        The bounds, shape (owned,). None on several ranks, whose rows have entries from cells of
+        others, and where a block has its rows and columns from different meshes.
+    """
+    n = numbering
+    if comm.size > 1:
+        return None
+    found = np.ones(n.owned, dtype=np.int64)
+    tables = [cell_dofs(field.function.function_space) for field in fields]
+    for i, j in places:
+        rows, columns = tables[i], tables[j]
+        if len(rows) != len(columns):
+            return None
+        numbers = n.local_to_global[rows.ravel() + n.offsets[i]]
+        found += columns.shape[1] * np.bincount(numbers, minlength=n.owned)
+    return np.minimum(found, n.owned).astype(PETSc.IntType)
+
+
+class Numbers:
+    """Unknowns numbered over all ranks, each rank owning a range of them.
+
+    Args:
+        comm: Communicator.
+        owned: Count of those that this rank owns.
+        wanted: Numbers of those that this rank sees, in its order; they may repeat.
+
+    Attributes:
+        serial: Whether one process has all of them.
+    """
+
+    def __init__(self, comm: MPI.Comm, owned: int, wanted: Ints) -> None:
+        self.comm, self.owned, self.wanted = comm, owned, wanted.astype(np.int64)
+        self.start = int(comm.exscan(owned) or 0)  # type: ignore[attr-defined]
+        self.total = int(comm.allreduce(owned))
+        self.serial = comm.size == 1
+        # all of them in their order: nothing to look up
+        self._same = self.serial and np.array_equal(wanted, np.arange(self.total))
+        if not self.serial:
+            self._vector = PETSc.Vec().createMPI((owned, PETSc.DETERMINE), comm=comm)
+            self._local = PETSc.Vec().createSeq(len(wanted), comm=PETSc.COMM_SELF)
+            places = PETSc.IS().createGeneral(wanted.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+            self._scatter = PETSc.Scatter().create(self._vector, places, self._local, None)
+
+    def seen(self, values: Floats) -> Floats:
+        """Values of all unknowns that this rank sees.
+
+        Args:
+            values: Those that this rank owns, shape (owned,).
+        """
+        if self._same:
+            return np.array(values)
+        if self.serial:
+            return np.asarray(values[self.wanted])
+        self._vector.array[:] = values
+        forward = PETSc.ScatterMode.FORWARD
+        self._scatter.scatter(self._vector, self._local, PETSc.InsertMode.INSERT, forward)
+        return np.array(self._local.array_r)
+
+    def summed(self, values: Floats) -> Floats:
+        """Sums over all ranks of what they add to unknowns, shape (owned,).
+
+        Args:
+            values: One for each unknown that this rank sees.
+        """
+        if self._same:
+            return np.array(values)
+        if self.serial:
+            return np.bincount(self.wanted, values, self.total)
+        self._vector.set(0.0)
+        self._local.array[:] = values
+        reverse = PETSc.ScatterMode.REVERSE
+        self._scatter.scatter(self._local, self._vector, PETSc.InsertMode.ADD, reverse)
+        return np.array(self._vector.array_r)
+
+    def set(self, numbers: Ints, values: Floats) -> Floats:
+        """Values of the owned unknowns, from whatever rank knows them; zero where none does.
+
+        Args:
+            numbers: Unknowns that this rank knows the values of.
+            values: Their values.
+        """
+        if self.serial:
+            out = np.zeros(self.owned)
+            out[numbers] = values
+            return out
+        self._vector.set(0.0)
+        self._vector.setValues(numbers.astype(PETSc.IntType), values)
+        self._vector.assemble()
+        return np.array(self._vector.array_r)

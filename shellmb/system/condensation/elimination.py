@@ -1,4 +1,4 @@
-"""Groups of a cell's unknowns that are eliminated together, with their couplings.
+"""Groups of a cell's unknowns that are eliminated together, and their data as C reads them.
 
 Of a shell with a linear section, say, membrane forces see displacements only and shear forces do
 not see membrane forces, and own strains see forces only: eliminating them one after the other takes
@@ -11,13 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.arrays import Bools, Floats, Ints
-from shellmb.native.library import CArrays
+from shellmb.arrays import Bools, Floats, Int32s, Ints
+from shellmb.native.compiling.flags import LANES
+from shellmb.native.library import CArrays, side_by_side, whole_lines
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 
 # condition beyond which a matrix whose diagonal is one has no inverse: of strains of a thin shell's
 # section it is below 1e3
 SINGULAR = 1e10
+
+# cells at a time when the pattern is looked for: their matrices are kept meanwhile
+CHUNK = 64
 
 
 @dataclass(frozen=True)
@@ -159,3 +163,150 @@ def _runs(mask: Bools) -> list[tuple[int, int]]:
     """Begin and length of each piece of a mask that is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     return [(int(a), int(b - a)) for a, b in edges.reshape(-1, 2)]
+
+
+class Lists:
+    """Entries of the matrices of cells that are not always zero; cells may have the same.
+
+    Attributes:
+        of_cell: Number of the list of each cell so far.
+        entries: The lists.
+    """
+
+    def __init__(self) -> None:
+        self.of_cell: list[int] = []
+        self.entries: list[Int32s] = []
+        self._known: dict[bytes, int] = {}
+
+    def add(self, found: Bools) -> None:
+        """Add cells.
+
+        Args:
+            found: Whether each entry of each cell is one, shape (cells, n).
+        """
+        for row in found:
+            number = self._known.setdefault(np.packbits(row).tobytes(), len(self.entries))
+            if number == len(self.entries):
+                self.entries.append(np.flatnonzero(row).astype(np.int32))
+            self.of_cell.append(number)
+
+    def of(self, first: int, last: int) -> list[Int32s]:
+        """Lists of some cells, one after the other."""
+        return [self.entries[k] for k in self.of_cell[first:last]]
+
+
+def find_runs(lists: Lists, places: Int32s, first: Bools) -> tuple[Int32s, Int32s]:
+    """Entries that follow one another both in a cell's matrix and in the whole one.
+
+    One number for many entries takes less memory than one for each, and a loop over neighbours
+    less time. Nor does the whole matrix have to be set to zero before entries are added: what is
+    the first to come to its place is put there.
+
+    Args:
+        lists: Entries of all cells.
+        places: Place of each in the whole matrix.
+        first: Whether it is the first that comes there.
+
+    Returns:
+        Runs (place in the cell's matrix, place in the whole one, length), shape (r, 3): of each
+        cell those that are first, then the others. And where each of these two begins, and the
+        last one ends, shape (2 cells + 1,).
+    """
+    runs, counts, begin = [np.zeros((0, 3), dtype=np.int32)], [np.zeros(1, dtype=np.int64)], 0
+    for cell in range(0, len(lists.of_cell), CHUNK):
+        entries = lists.of(cell, cell + CHUNK)
+        sizes = [len(e) for e in entries]
+        end = begin + sum(sizes)
+        group = 2 * np.repeat(np.arange(len(entries)), sizes) + ~first[begin:end]
+        order = np.argsort(group, kind="stable")
+        found = np.stack([np.concatenate(entries), places[begin:end], group], axis=1)[order]
+        new = np.ones(len(found), dtype=bool)
+        new[1:] = np.any(np.diff(found, axis=0) != (1, 1, 0), axis=1)
+        starts = np.flatnonzero(new)
+        lengths = np.diff(starts, append=len(found))
+        runs.append(np.column_stack([found[starts, :2], lengths]).astype(np.int32))
+        counts.append(np.bincount(found[starts, 2], minlength=2 * len(entries)))
+        begin = end
+    offsets = np.cumsum(np.concatenate(counts))
+    return np.ascontiguousarray(np.concatenate(runs)), offsets.astype(np.int32)
+
+
+def groups_of(cells: int) -> int:
+    """Number of groups of cells side by side."""
+    return -(-cells // LANES)
+
+
+def places_of_groups(numbers: Int32s) -> Int32s:
+    """Places of the numbers of cells, shape (groups, n, LANES), -1 where a cell is missing.
+
+    Args:
+        numbers: Of each cell, shape (cells, n).
+    """
+    missing = -len(numbers) % LANES
+    return side_by_side(np.pad(numbers, ((0, missing), (0, 0)), constant_values=-1), LANES)
+
+
+def place_for(size: int, pointer: CArrays) -> Any:
+    """Place for numbers that are kept, for C.
+
+    Args:
+        size: How many.
+        pointer: Makes pointers.
+    """
+    return pointer(whole_lines(max(1, size), np.float64))
+
+
+def inner_kept(rows: Int32s, columns: Int32s, outer: Ints, own: Ints, pointer: CArrays) -> Any:
+    """Eliminated unknowns of each cell after the projection, for C.
+
+    Args:
+        rows: Places of a cell's rows in what the rank sees, those that no other cell shares behind
+            the others and -1 behind these, shape (cells, rows).
+        columns: The same of columns.
+        outer: Numbers of those that others share, of rows and columns, shape (2, cells).
+        own: Number of those that they do not, shape (cells,).
+        pointer: Makes pointers.
+    """
+    p, groups = pointer, groups_of(len(own))
+    sizes = np.zeros((3, groups * LANES), dtype=np.int64)
+    sizes[:, : len(own)] = *outer, own
+    most = sizes.reshape(3, groups, LANES).max(axis=2)
+    widths = np.ascontiguousarray(most.T)
+    numbers = [
+        _of_groups(table, count, own, width)
+        for table, count, width in zip(
+            (rows, columns), outer, (most[[0, 2]], most[[1, 2]]), strict=True
+        )
+    ]
+    kept = most[2] * most.sum(axis=0)
+    members = {
+        "groups": groups,
+        **dict(zip(("most_rows", "most_columns", "most"), widths.max(axis=0), strict=True)),
+        "widths": p(widths.astype(np.int32)),
+        "place": p(_begins(kept)),
+        "row_numbers": p(numbers[0]),
+        "row_place": p(_begins((most[0] + most[2]) * LANES)),
+        "column_numbers": p(numbers[1]),
+        "column_place": p(_begins((most[1] + most[2]) * LANES)),
+        "kept": place_for(int(kept.sum()) * LANES, p),
+    }
+    return p.many("Inner", [members])
+
+
+def _begins(sizes: Ints) -> Ints:
+    """Find where pieces begin that follow one another."""
+    return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+
+
+def _of_groups(table: Int32s, outer: Ints, own: Ints, widths: Ints) -> Int32s:
+    """Numbers of all groups, in each those of others and then own ones, as many as any cell has."""
+    found = []
+    for group, (others, mine) in enumerate(widths.T.tolist()):
+        made = np.full((others + mine, LANES), -1, dtype=np.int32)
+        cells = range(group * LANES, min((group + 1) * LANES, len(table)))
+        for lane, cell in enumerate(cells):
+            a, b = int(outer[cell]), int(own[cell])
+            made[:a, lane] = table[cell, :a]
+            made[others : others + b, lane] = table[cell, a : a + b]
+        found.append(made.ravel())
+    return np.concatenate(found)

@@ -9,14 +9,17 @@ from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
-from shellmb.system.condensation.cell_storage import (
+from shellmb.system.condensation.elimination import (
+    CHUNK,
+    Lists,
+    elimination,
+    find_blocks,
+    find_runs,
     groups_of,
     inner_kept,
     place_for,
     places_of_groups,
 )
-from shellmb.system.condensation.elimination import elimination, find_blocks
-from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
 from shellmb.system.nullspace.prolongation import RowMap
 

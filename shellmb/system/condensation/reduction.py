@@ -23,16 +23,17 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.clock import now
 from shellmb.native import library as native
+from shellmb.native.library import CArrays
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Following, general_position
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
-from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import DirectSolver, Purpose
-from shellmb.system.generic_values import general_position
 from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
 from shellmb.system.nullspace.nodes import SystemNodes
@@ -267,3 +268,45 @@ def _check_nodal(rest: Floats, force: Floats, nodes: DirectorNodes) -> None:
     here = ~nodes.held
     if np.any(np.abs(rest[here]) > 1e-6 * (np.abs(force[here]).max(initial=0.0) + 1e-300)):
         raise ValueError(f"{nodes.field.name}: multipliers do not act on the directors declared")
+
+
+class FusedResidual:
+    """The parts of `BlockSystem.evaluate` in one call.
+
+    Args:
+        system: The system.
+        residuals: What assembles its residuals.
+
+    Attributes:
+        evaluation: For C, what it knows.
+    """
+
+    def __init__(self, system: BlockSystem, residuals: LoopResiduals) -> None:
+        self._lib, pointer, n = native.cells().lib, CArrays(), system.numbering
+        assert isinstance(system.follow, Following)
+        self.evaluation = pointer.many(
+            "Evaluation",
+            [
+                {
+                    "fields": len(system.arrays),
+                    "ends": pointer(n.offsets[1:].astype(np.int64)),
+                    "arrays": pointer.many("double *", list(map(pointer, system.arrays))),
+                    "local": len(n.local_to_global),
+                    "wanted": pointer(system.exchange.wanted),
+                    **system.follow.members,
+                    "sums": pointer(np.zeros(len(n.local_to_global))),
+                    "owned": n.owned,
+                    "meshes": residuals.struct,
+                    "held": len(system.fixed),
+                    "fixed": pointer(system.fixed),
+                    "values": pointer(system.values),
+                    "reactions": pointer(system.reactions),
+                }
+            ],
+        )
+        # what it points to
+        self._kept = pointer, system.follow, residuals
+
+    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual `b` at the unknowns `x`, which the fields take."""
+        self._lib.evaluate(self.evaluation, x.handle, b.handle)

@@ -12,9 +12,8 @@ from shellmb.errors import ConvergenceError
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Linear, Unreduced
 from shellmb.system.direct.solver import Factors, Purpose
-from shellmb.system.newton.convergence import Convergence
+from shellmb.system.newton.convergence import Convergence, RoundOff
 from shellmb.system.newton.refactorisation import REFRESH, Refresh
-from shellmb.system.newton.roundoff import RoundOff
 from shellmb.system.nullspace.nodes import SystemNodes
 
 # why there is no solution, whatever else it looks like

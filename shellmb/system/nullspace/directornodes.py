@@ -11,9 +11,10 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.native import library as native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
-from shellmb.system.nullspace.directorbases import Bases, NodeBases
 from shellmb.system.nullspace.directorpath import (
+    Bases,
     MasslessPath,
+    NodeBases,
     PathBases,
     PathDirectors,
     partial_bases,

@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
-from shellmb.system.assembly.ghost_exchange import Numbers
+from shellmb.system.assembly.numbering import Numbers
 
 
 class RowMap:

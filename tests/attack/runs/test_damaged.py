@@ -13,12 +13,12 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.files.checksums import add_checksum
+from shellmb.files.writing import add_checksum
 from shellmb.observers.files.checkpoint import FORMAT
 from shellmb.observers.history import read_history
 from shellmb.running.loader import load as load_scene
-from shellmb.running.resuming.resume import resume
-from shellmb.running.resuming.saved import ANEW
+from shellmb.running.resume import resume
+from shellmb.running.saved import ANEW
 from shellmb.simulate.simulation import Simulation
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))

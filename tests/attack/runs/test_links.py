@@ -9,8 +9,8 @@ from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError
 from shellmb.files.locks import FileLock
 from shellmb.files.writing import drafted, make_folder
-from shellmb.observers.files.growingfile import GrowingFile
-from shellmb.running.resuming.resume import resume
+from shellmb.observers.columns import GrowingFile
+from shellmb.running.resume import resume
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 PRECIOUS = "precious\n"

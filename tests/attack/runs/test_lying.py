@@ -17,9 +17,9 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 import shellmb as sm
 from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError, ShellmbWarning
-from shellmb.files.checksums import seal_grid
 from shellmb.files.grids import check_grid, read_grid
 from shellmb.files.reading import check_archive, read_bytes
+from shellmb.files.writing import seal_grid
 from shellmb.running.execute import execute
 from shellmb.running.loader import load as load_scene
 from shellmb.simulate.simulation import BaseObserver, Simulation

@@ -19,13 +19,13 @@ from typer.testing import CliRunner
 from shellmb.cli import app
 from shellmb.errors import RunError, SceneError, Stopped
 from shellmb.files.locks import FileLock
+from shellmb.observers.columns import GrowingFile
 from shellmb.observers.files.gridfiles import GridFiles
-from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.observers.history import read_history
 from shellmb.running import execute as executing
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
-from shellmb.running.resuming.resume import resume
+from shellmb.running.resume import resume
 from shellmb.scene import Output, StepControl
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.stopping import STOPPING

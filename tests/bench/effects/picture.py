@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shellmb.accuracy.measuring.pictures import picture
+from shellmb.observers.drawing import picture
 from tests.bench.effects.record import EffectRecord
 
 # bars beyond are cut, and their lengths written at the cut [%]

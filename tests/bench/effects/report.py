@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table
+from shellmb.accuracy.measuring import Column, console, line, print_table, to_json, write
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import slowest
+from shellmb.accuracy.measuring import slowest
 from shellmb.arrays import Ints
 from shellmb.demos.effects.catalogue.registry import EFFECTS, find_effect
 from shellmb.demos.effects.count import count

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from shellmb.accuracy.companions import degree_of
+from shellmb.accuracy.family import degree_of
 from shellmb.scene import Scene
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
-from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring import to_json
 from shellmb.demos.verification.measuring import replaced
 from shellmb.errors import SceneError
 from tests.bench.errors.bodies import MOTIONS, OTHERS, STATICS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from shellmb.accuracy.measuring.times import spread, unbeaten
+from shellmb.accuracy.measuring import spread, unbeaten
 from tests.bench.peers.codes import OURS
 from tests.bench.peers.dynamics.history import TipHistory, difference
 from tests.bench.peers.dynamics.motion import Motion, Runs, title

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from shellmb.accuracy.measuring.pictures import picture
+from shellmb.observers.drawing import picture
 from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from tests.bench.peers.compare import Comparison
 

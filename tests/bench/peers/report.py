@@ -9,8 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table
+from shellmb.accuracy.measuring import Column, console, line, print_table, to_json, write
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.demos.verification.measuring import markdown

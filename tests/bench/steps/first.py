@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from shellmb.accuracy.measuring.tables import Column, console, print_table
+from shellmb.accuracy.measuring import Column, console, print_table
 from shellmb.demos.verification.measuring import markdown, replaced
 from shellmb.errors import SceneError
 from shellmb.running.loader import demos, load

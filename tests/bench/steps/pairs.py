@@ -15,7 +15,7 @@ from statistics import median, quantiles
 
 from rich.console import Console
 
-from shellmb.accuracy.measuring.tables import Column, print_table
+from shellmb.accuracy.measuring import Column, print_table
 from shellmb.demos.effects.stepping import in_turn
 from shellmb.errors import SceneError
 

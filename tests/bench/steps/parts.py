@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shellmb.accuracy.measuring.tables import Column, console, print_table
+from shellmb.accuracy.measuring import Column, console, print_table
 from shellmb.arrays import Floats
 from shellmb.demos.verification.measuring import markdown, replaced
 from shellmb.simulate.simulation import Simulation

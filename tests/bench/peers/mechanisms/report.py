@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table
+from shellmb.accuracy.measuring import Column, console, line, print_table
 from shellmb.cli.failures import tell
 from shellmb.demos.verification.measuring import markdown
 from tests.bench.peers import exudyn

@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from shellmb.accuracy.measuring.tables import Column
-from shellmb.accuracy.measuring.times import spread
+from shellmb.accuracy.measuring import Column, spread
 from shellmb.arrays import Floats
 from shellmb.demos.effects.stepping import in_turn
 from tests.bench.peers.codes import OURS

@@ -1,1 +1,0 @@
-"""One method to measure, record, tabulate and draw, for all that compares and measures."""

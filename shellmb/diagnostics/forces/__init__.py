@@ -1,1 +1,0 @@
-"""Watches of loads, and of what joints, drivers and contacts carry."""

@@ -1,0 +1,190 @@
+"""Forces that are not known, as they alternate, are round-off or have no limit."""
+
+import re
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.diagnostics.base import Cautions, Watch, said_of
+from shellmb.simulate.simulation import Simulation
+
+# what alternates, as a part of what does not
+SHARE = 0.1
+# part of the steps whose change is against that of the step before: two thirds, in noise
+TURNS = 0.8
+# steps from which on that can be told
+STEPS = 50
+# part of the largest force, or torque: below is round-off
+NOTHING = 1e-9
+
+# relative change of an unknown by round-off alone that is said: six digits are enough
+KNOWN = 1e-6
+
+
+class Alternating(Watch):
+    """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
+
+    They are means over a step; velocities of EP violate constraints a little, by what changes its
+    sign from step to step, and with them the means of joints and drivers. With `end_forces` there
+    are means without that, and values at the ends of steps. These alternate where anything vibrates
+    faster than the steps resolve and is not damped.
+    """
+
+    name = "alternation"
+
+    def cautions(self, simulation: Simulation) -> Cautions:
+        """Warnings about the means and end values that alternate most."""
+        scheme, rows = simulation.scheme, self.sources.history.rows
+        if not scheme.dynamic or len(rows) <= STEPS:
+            return
+        # one that dissipates already has nothing more to damp it with
+        damped = scheme.dissipation()[0] > 0
+        ways = "a smaller step" if damped else "--scheme ed3 or a smaller step"
+        if not simulation.scene.output.end_forces:
+            says = (
+                "alternates from step to step, by {share:.2g} times its mean over two: velocities "
+                "violate constraints a little, or something vibrates faster than the steps "
+                f"resolve; use {ways}, or --end-forces for means without alternation"
+            )
+            yield from self._judged("", says)
+            return
+        why = "times its mean over two: something vibrates faster than steps resolve; use"
+        says = f"alternates from step to step, by {{share:.2g}} {why} {ways}"
+        yield from self._judged("_mean", says)
+        says = (
+            f"at the ends of steps alternates, by {{share:.2g}} {why} means over steps, or {ways}"
+        )
+        yield from self._judged("_end", says)
+        says = (
+            "at the ends of steps is not what it is over steps, by {share:.2g} times that: "
+            f"something vibrates faster than steps resolve; use means over steps, or {ways}"
+        )
+        yield from self._judged("_end", says, "_mean")
+
+    def _judged(self, ending: str, says: str, beside: str | None = None) -> Cautions:
+        """A sentence about the columns that alternate, or are apart.
+
+        Args:
+            ending: That of the columns.
+            says: What is wrong, and what to do.
+            beside: Ending of the columns of means that values at the ends of steps are compared
+                with; None: they are looked at by themselves.
+        """
+        rows, found = self.sources.history.rows, []
+        others = () if beside is None else _units(rows, beside)
+        means = {_bare(names[0]): names for unit in others for names in unit}
+        for unit in _units(rows, ending):
+            series = {names[0]: _series(rows, names) for names in unit}
+            sizes = {name: _size(f) for name, f in series.items()}
+            least = NOTHING * max(sizes.values(), default=0.0)
+            for name, f in series.items():
+                if sizes[name] <= least:
+                    continue
+                if beside is None:
+                    found.append((_share(f), name))
+                elif _bare(name) in means:
+                    found.append((_apart(f, _series(rows, means[_bare(name)])), name))
+        alternate = [(share, name) for share, name in found if share > SHARE]
+        if not alternate:
+            return
+        share, column = max(alternate)
+        what = re.sub(r"\.F[1x]$", "", _bare(column))
+        more = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
+        said = f"the force of '{what}'{more} {says.format(share=share)}"
+        yield self.caution(None, share, SHARE, said)
+
+
+def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:
+    """Columns of forces and of torques, with an ending; those of joints and supports as vectors."""
+    known = rows[0]
+    names = [n.removesuffix(ending) for n in known if n.endswith(ending)]
+    if ending == "_mean":
+        # of force elements and supports there is one mean only
+        names += [n for n in known if f"{n}_end" in known and f"{n}_mean" not in known]
+
+    def column(name: str) -> str:
+        return f"{name}{ending}" if f"{name}{ending}" in known else name
+
+    axes = ("F1", "F2", "F3"), ("Fx", "Fy", "Fz")
+    owners = dict.fromkeys(n[:-3] for n in names if n.endswith((".F1", ".Fx")))
+    vectors = [
+        [column(f"{owner}.{part}") for part in parts]
+        for owner in owners
+        for parts in axes
+        if column(f"{owner}.{parts[0]}") in known
+    ]
+    forces = [[column(n)] for n in names if n.endswith("force")]
+    return [vectors + forces, [[column(n)] for n in names if n.endswith("torque")]]
+
+
+def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:
+    """Columns over the steps, shape (n, number of names); from where on all are known."""
+    values = np.array([[row[name] for name in names] for row in rows])
+    return values[np.all(np.isfinite(values), axis=1)]
+
+
+def _bare(column: str) -> str:
+    return re.sub(r"(_mean|_end)$", "", column)
+
+
+def _apart(ends: Floats, means: Floats) -> float:
+    """Usual difference between the mean of values at the ends of a step and that over it."""
+    n = min(len(ends), len(means)) - 1
+    if n < STEPS:
+        return 0.0
+    difference = (ends[-n:] + ends[-n - 1 : -1]) / 2 - means[-n:]
+    return float(np.median(np.linalg.norm(difference, axis=1))) / max(_size(means), 1e-300)
+
+
+def _size(f: Floats) -> float:
+    return float(np.sqrt(np.mean(np.sum(f**2, axis=1)))) if len(f) else 0.0
+
+
+def _share(f: Floats) -> float:
+    """Ratio of what alternates to what does not; 0 where too few steps reverse those before."""
+    change = np.diff(f, axis=0)
+    if len(f) <= STEPS or np.mean(np.sum(change[1:] * change[:-1], axis=1) < 0) < TURNS:
+        return 0.0
+    mean = _size(f[2:] + 2 * f[1:-1] + f[:-2])
+    return _size(f[2:] - 2 * f[1:-1] + f[:-2]) / max(mean, 1e-300)
+
+
+class Undetermined(Watch):
+    """Watches what round-off alone changes in solutions."""
+
+    name = "round-off"
+    remembered = ("_largest",)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take what changed most in the last update, if that was round-off."""
+        what, change = simulation.problem.iteration.roundoff.found
+        self._note(self.name, change, simulation.t, what)
+
+    def cautions(self, simulation: Simulation) -> Cautions:
+        """A sentence if it is much."""
+        worst, when, *what = self._noted(self.name)
+        if worst > KNOWN:
+            says = (
+                f"the {what[0]} is known to {worst:.1e} of its largest value only, at "
+                f"t = {when:g}: constraints nearly depend on one another there, and "
+                "round-off decides how they share forces; use joints with fewer constraints, or do "
+                "not rely on their forces near such positions"
+            )
+            yield self.caution(None, worst, KNOWN, says)
+
+
+class Pointed(Watch):
+    """Watches where reserve factors are least."""
+
+    name = "singular stress"
+
+    def cautions(self, simulation: Simulation) -> Cautions:
+        """A sentence for each that is least at a point load."""
+        for name, load in self.sources.reserves.at_loads().items():
+            body = self.sources.reserves.critical(name).body
+            says = (
+                f"reserve '{name}' is least where a {load} acts on {said_of(simulation, body)}: it "
+                "falls towards zero with each refinement there; leave the place out by where, or "
+                "spread the load"
+            )
+            yield self.caution(body, None, None, says)

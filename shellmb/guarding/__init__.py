@@ -1,1 +1,0 @@
-"""A process among others: its libraries' options, signals, streams and permissions."""

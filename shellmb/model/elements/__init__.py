@@ -1,1 +1,0 @@
-"""Force elements: springs, dampers, stops and motors on their coordinates."""

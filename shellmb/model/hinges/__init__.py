@@ -1,1 +1,0 @@
-"""Hinges along edges of shells: their points, frames and angles."""

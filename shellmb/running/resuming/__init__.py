@@ -1,1 +1,0 @@
-"""Continuing a run where it stopped."""

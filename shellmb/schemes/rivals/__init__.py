@@ -1,1 +1,0 @@
-"""Schemes of others, for comparison."""

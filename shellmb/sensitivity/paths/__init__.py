@@ -1,1 +1,0 @@
-"""Derivatives of static paths: of their points, limit loads and bifurcation loads."""
