@@ -28,7 +28,7 @@ from shellmb.model.locations.nodes import (
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
-from shellmb.scene.lookup import said
+from shellmb.scene.lookup import by_kind, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.units import parse_units
 from shellmb.scene.values.validate import as_names
@@ -256,7 +256,7 @@ def _by_loads(scene: Scene, of: ShellModel | BeamModel, E: float, density: float
         # where all is linear, loads have any size
         if scene.linear or body not in scene.bodies_of(load):
             continue
-        name, over = _STRETCHING.get(type(load), ("", None))
+        name, over = by_kind(_STRETCHING, load) or ("", None)
         value: Any = getattr(load, name, None)
         if over is None or callable(value):
             continue

@@ -1,6 +1,6 @@
 """Kinds of bodies on which parts of a scene act."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from shellmb.errors import SceneError
@@ -54,6 +54,29 @@ def kinds_of(item: Any) -> tuple[type, ...]:
             return accepted
     # a load or support that a user derived acts wherever it says
     return (Shell,) if type(item).__module__.startswith("shellmb.") else OURS
+
+
+def by_kind[T](table: Mapping[type, T], item: Any) -> T | None:
+    """Entry of a table for a part of a scene: that of its class, or of what a user derived it from.
+
+    Args:
+        table: The entries by class.
+        item: The part.
+    """
+    return next((table[kind] for kind in type(item).__mro__ if kind in table), None)
+
+
+def of_kind[T](table: Mapping[type, T], item: Any) -> T:
+    """Entry of a table as by `by_kind`, which must have one.
+
+    Raises:
+        SceneError: If there is none: a user derived the part from no bundled kind.
+    """
+    if (found := by_kind(table, item)) is None:
+        kinds = listed(kind.__name__ for kind in table)
+        name = f"{said(item)}: {type(item).__name__}"
+        raise SceneError(f"{name} has no equations; it must be one of {kinds}, or derived from one")
+    return found
 
 
 def connected(names: Iterable[str], pairs: Iterable[tuple[str, str]]) -> list[set[str]]:

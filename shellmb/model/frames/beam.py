@@ -43,6 +43,7 @@ from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection
 from shellmb.scene.loads.loads import FollowerLineForce, Gravity, LineForce, LineMoment
+from shellmb.scene.lookup import of_kind
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
@@ -395,10 +396,9 @@ class BeamModel(FrameBody):
         return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
 
     def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
-        if type(load) not in _WORK:
-            assert self.natural is not None
+        if self.natural is not None and load is self.beam.natural:
             return self.natural.work(mid, dq)
-        density, name, rule = _WORK[type(load)]
+        density, name, rule = of_kind(_WORK, load)
         given = field_of(getattr(load, name), self.mixed, 3, f"{load.label}: {name}")
         work = density(self, given, self.directors(mid), *self.layout.moved(dq))
         return work * getattr(self.rules, rule)

@@ -12,6 +12,7 @@ from shellmb.forms import contact as forms
 from shellmb.model.locations.ends import frame_about
 from shellmb.model.sections.strains import FAR
 from shellmb.scene.loads.contacts import Ball, Box, Obstacle, Plane, Rod
+from shellmb.scene.lookup import of_kind
 
 # distance from a centre or axis, in radii, within which there is no direction any more
 CORE = 1e-3
@@ -248,7 +249,7 @@ def shape_of(obstacle: Obstacle, moving: bool, linear: bool) -> Shape:
         moving: Whether it moves with a body.
         linear: Whether positions of points are linear in the state.
     """
-    return _SHAPES[type(obstacle)](obstacle, moving, linear)
+    return of_kind(_SHAPES, obstacle)(obstacle, moving, linear)
 
 
 def _rod(rod: Rod, moving: bool, linear: bool) -> Shape:

@@ -36,6 +36,7 @@ from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
 from shellmb.scene.loads import loads
+from shellmb.scene.lookup import of_kind
 
 # the virtual work of loads per area, or length of edges: of a shell, with what gives a parameter of
 # the load, displacement and change of the director, and their variations
@@ -184,10 +185,9 @@ class ShellModel(ElasticShell):
 
     def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
         """Virtual work of a load, or of the stress of its natural strain."""
-        density = _DENSITIES.get(type(load))
-        if density is None:
-            assert self.natural is not None
+        if self.natural is not None and load is self.shell.natural:
             return self.natural.work(mid, dq)
+        density = of_kind(_DENSITIES, load)
 
         def given(name: str, size: int = 3) -> Expr:
             """A constant, or a function of the position interpolated once."""

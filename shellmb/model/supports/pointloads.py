@@ -22,6 +22,7 @@ from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder
 from shellmb.model.massless import NodeGroup, NodeLoads
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
+from shellmb.scene.lookup import of_kind
 
 # part of a moment about the director of a shell that counts as none
 DRILLING = 1e-6
@@ -76,7 +77,7 @@ class PointLoads(NodeGroup):
         name = f"{loads[0].label}s ({vectors})"
         super().__init__(name, comm, len(loads), places=[self._end])
         self.times = [load.time for load in loads]
-        self._kind, _, given = _WORK[type(loads[0])]
+        self._kind, _, given = of_kind(_WORK, loads[0])
         self.values = np.array([getattr(load, given) for load in loads], dtype=float)
 
     def place(self, q: Expr) -> Place:
@@ -123,7 +124,7 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
     for load in loads:
         if not load.at_point:
             continue
-        _, needed, given = _WORK[type(load)]
+        _, needed, given = of_kind(_WORK, load)
         (body,) = scene.bodies_of(load)
         end = find(body.name, load.at, load.label)
         if given == "moment" and not end.framed:

@@ -32,7 +32,7 @@ from shellmb.scene.loads.loads import (
     PointMoment,
 )
 from shellmb.scene.loads.supports import Support
-from shellmb.scene.lookup import said
+from shellmb.scene.lookup import by_kind, of_kind, said
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.values.user_functions import numbers_at
 from shellmb.scene.values.validate import show
@@ -65,7 +65,7 @@ def refuse_idle_loads(scene: Scene, bodies: Mapping[str, Meshed], prescribed: Pr
         SceneError: Names the load and the supports.
     """
     for load in scene.loads:
-        if type(load) not in WORKS_ON:
+        if by_kind(WORKS_ON, load) is None:
             continue
         (described,) = scene.bodies_of(load)
         if described.name not in bodies:
@@ -81,7 +81,7 @@ def refuse_idle_loads(scene: Scene, bodies: Mapping[str, Meshed], prescribed: Pr
 
 def _holding(load: Any, body: Meshed, prescribed: Prescribed) -> list[str]:
     """The supports that hold everything that a load works on; none if something is free."""
-    part, components = WORKS_ON[type(load)]
+    part, components = of_kind(WORKS_ON, load)
     given = None if components is None else getattr(load, components)
     force = None if given is None or callable(given) else np.array(given)
     if force is not None and not force.any():
@@ -146,7 +146,7 @@ class SupportRows:
         Raises:
             SceneError: If the support's edge or point does not exist.
         """
-        _EQUATIONS[type(self._support)](self, self._support)
+        of_kind(_EQUATIONS, self._support)(self, self._support)
 
     def _clamped(self, support: scene_supports.Clamped) -> None:
         self._hold(support.at, "u")

@@ -12,7 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.model.locations.ends import frame_about
 from shellmb.scene import Ball, Box, Contact, Plane, RigidBody, Rod
-from shellmb.scene.lookup import said
+from shellmb.scene.lookup import by_kind, said
 
 # pieces around a circle, and along half of it
 AROUND = 32
@@ -86,7 +86,7 @@ def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | Non
         centre: The middle of the scene, shape (3,), m.
         size: Size of the scene, m.
     """
-    shape = _OBSTACLES.get(type(contact.obstacle))
+    shape = by_kind(_OBSTACLES, contact.obstacle)
     if shape is None:
         return None
     corners, triangles = shape(contact.obstacle, centre, REACH * size / 2)

@@ -21,7 +21,7 @@ from shellmb.scene import (
     Scene,
     Spherical,
 )
-from shellmb.scene.lookup import said, small_strains
+from shellmb.scene.lookup import by_kind, of_kind, said, small_strains
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.values.validate import show
 
@@ -142,7 +142,7 @@ def bearing(scene: Scene) -> Axis | None:
         if support.rotation is not None:
             return Axis(support.axis, support.about)
     for joint in scene.joints:
-        if _HOLDING.get(type(joint)) == (True, True) and _grounded(joint):
+        if by_kind(_HOLDING, joint) == (True, True) and _grounded(joint):
             place = _place(scene, joint.first, joint.at)
             if place is not None:
                 return Axis(joint.lines[0], place.tolist())
@@ -255,7 +255,7 @@ def _check_bearing(scene: Scene, joint: Any, axis: Axis, size: float) -> None:
     places = [_place(scene, owner, at) for owner, at in ends]
     on = next((p for (owner, _), p in zip(ends, places, strict=True) if owner == GROUND), None)
     on = on if on is not None else next((p for p in places if p is not None), None)
-    has_line, has_place = _HOLDING.get(type(joint), (False, False))
+    has_line, has_place = by_kind(_HOLDING, joint) or (False, False)
     along = not has_line or axis.along(joint.lines[0])
     through = not has_place or on is None or axis.has(on, size)
     if not (has_line or has_place) or not (along and through):
@@ -274,7 +274,7 @@ def _check_element(scene: Scene, element: Any, axis: Axis, size: float) -> None:
         if grounded and kind == "rotation":
             does = {JointSpring: "winds up", JointDamper: "is turned", Motor: "drives"}
             raise SceneError(
-                f"modes: {element.label} '{element.name}' {does[type(element)]} in "
+                f"modes: {element.label} '{element.name}' {of_kind(does, element)} in "
                 f"{joint.said} to ground as the system turns; it must be left out where the rate "
                 "is given"
             )

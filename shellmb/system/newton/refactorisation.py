@@ -21,9 +21,9 @@ SLOW = 0.5
 # cost of a factorisation beyond which it does not keep an iteration from one: small systems whose
 # forces jump took up to 28 of the 30 iterations that a solution may take, 16 with this, as quickly
 PATIENCE = 12.0
-# motion in one update, relative to the size of bodies, after which the Jacobian is another one: with
-# a fifth of it large steps of chains, balls and tapes take 1.2 to 2 times the factors, with twice of
-# it static paths take more
+# motion in one update, relative to the size of bodies, after which the Jacobian is another one:
+# with a fifth of it large steps of chains, balls and tapes take up to twice the factors, with twice
+# of it static paths take more
 FAR = 0.1
 # choices between two ways to begin a solution before the other one is tried: twice as many after
 # each trial that does not pay, up to so many
