@@ -365,7 +365,7 @@ class Graph:
 
     def total(self, parts: Sequence[Scalar]) -> Scalar:
         """Sum of several."""
-        return reduce(self.add, parts, self.zero)
+        return reduce(self.add, parts) if parts else self.zero
 
     def derivative(
         self, value: Scalar, direction: Direction, of_key: Callable[[Input], Scalar] | None = None
