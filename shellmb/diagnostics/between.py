@@ -1,6 +1,7 @@
 """Obstacles that come between the nodes or points of a body, which alone touch them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -112,14 +113,16 @@ class Outline:
         points = np.array([end.point for end in group.points.ends])
         bodies = {body.name: body for body in simulation.model.scene.rigid_bodies}
         body = bodies[group.owner]
-        if body.shape is not None:
-            solid = body_solid(body)
-            corners, triangles = solid.points, solid.triangles
-        else:
-            corners, triangles = points, hull(points)
+        self._solid = None if body.shape is None else body_solid(body)
         self._points, self._middle = points, points.mean(axis=0, keepdims=True)
-        self._reach = float(np.max(np.linalg.norm(corners - self._middle, axis=1)))
-        self._first, self._last = _lines(corners[triangles], group.shape.depth / FINE)
+        self._corners = points if self._solid is None else self._solid.points
+        self._reach = float(np.max(np.linalg.norm(self._corners - self._middle, axis=1)))
+
+    @cached_property
+    def _across(self) -> tuple[Floats, Floats]:
+        """Ends of the lines, once the obstacle is near: for a hull much of SciPy is imported."""
+        triangles = hull(self._corners) if self._solid is None else self._solid.triangles
+        return _lines(self._corners[triangles], self.group.shape.depth / FINE)
 
     def missed(self, simulation: Simulation) -> float:
         """By how much lines are deeper than the points, part of the obstacle's depth; collective.
@@ -128,10 +131,10 @@ class Outline:
             simulation: The run.
         """
         move, shape = _motion(simulation, self.group), self.group.shape
-        if shape.normals(move(self._middle))[1][0] > self._reach or not len(self._first):
+        if shape.normals(move(self._middle))[1][0] > self._reach or not len(self._across[0]):
             return 0.0
         depth = max(float(np.max(self.group.penetrations(move(self._points)))), 0.0)
-        surface = shape.nearest(move(self._first), move(self._last))
+        surface = shape.nearest(*map(move, self._across))
         # the surface is where it is, and points touch at their radius
         return (float(np.max(-shape.normals(surface)[1])) - depth) / shape.depth
 

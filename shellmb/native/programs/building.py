@@ -13,12 +13,16 @@ from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Points, Tables
-from shellmb.native.programs.translation import CODES, KEPT, UNIFORM, Instruction, Translation
+from shellmb.native.programs.translation import CODE, CODES, KEPT, UNIFORM, Translation
 
 # points of a rule that are taken at once, at most, and bytes that their registers take
 POINTS, ROOM = 4, 42_000
 # functions of a table that are not zero at a point, up to which products are taken one by one
 FEW = 2
+# which members of each instruction are registers: its target, and operands that points have
+REGISTERS = np.array(
+    [[False, True, *(n != "sum" and k not in UNIFORM.get(n, ()) for k in range(4))] for n in CODES]
+)
 
 
 class Rule:
@@ -97,13 +101,10 @@ class Rule:
     def read(self) -> list[Ints]:
         """Places of coefficients among those of a cell, of each value that is read."""
         every = [*self._made.inputs, *self._steady.inputs]
-        own = dict.fromkeys(item for item, _ in every if item.source != COORDINATES)
-        found = []
-        for item in own:
-            table, place = self._tables.find(item)
-            nodes = self._tables.tables[table].shape[-1]
-            found.append(place.first + place.stride * np.arange(nodes))
-        return found
+        own = [self._tables.find(item) for item, _ in every if item.source != COORDINATES]
+        nodes = [values.shape[-1] for values in self._tables.tables]
+        places = dict.fromkeys((place, nodes[table]) for table, place in own)
+        return [place.first + place.stride * np.arange(count) for place, count in places]
 
     def struct(self, pointer: CArrays, first: int, place: int, read: Ints) -> dict[str, Any]:
         """Members of C's structure.
@@ -147,36 +148,28 @@ class Rule:
             "constant": _ints(pointer, [first + k for k in made.constants] or [0]),
             "uniform_ops": len(made.uniform_code),
             "ops": len(made.code),
-            "uniform_code": _instructions(pointer, made.uniform_code),
+            "uniform_code": _instructions(pointer, made.uniform_code or [(0,) * 6]),
             "code": _instructions(pointer, code),
-            "terms": _ints(pointer, terms or [0]),
+            "terms": _ints(pointer, terms),
             "weight": made.weight * self.chunk,
             "loads": len(loads),
             "load": pointer.many("Loads", loads),
         }
 
-    def _place(self, register: int) -> int:
+    def _place(self, register: Any) -> Any:
         """Place of a value, which is of all points, among registers or what is kept."""
         return register & KEPT | (register & ~KEPT) * self.chunk
 
-    def _placed(self, made: Translation) -> tuple[list[Instruction], list[int]]:
+    def _placed(self, made: Translation) -> tuple[Ints, Ints]:
         """Instructions with places in the room of registers, and factors of terms likewise."""
-        place, found, terms = self._place, [], list(made.terms)
-        for op, to, *of in made.code:
-            name = CODES[op]
-            if name == "sum":
-                first, varying, uniform, start = of
-                products = (varying & 0xFFFF) + (varying >> 16)
-                others = (uniform & 0xFFFF) + (uniform >> 16)
-                for k in range(first, first + 2 * (products + others)):
-                    if k < first + 2 * products or (k - first) % 2:
-                        terms[k] = place(terms[k])
-                found.append((op, place(to), first, varying, uniform, start))
-            else:
-                own = UNIFORM.get(name, ())
-                a, b, c, d = (x if k in own else place(x) for k, x in enumerate(of))
-                found.append((op, place(to), a, b, c, d))
-        return found, terms
+        code, terms = np.array(made.code or [(0,) * 6]), np.array(made.terms or [0])
+        moved = self._place(terms)
+        for _, _, first, varying, uniform, _ in code[code[:, 0] == CODE["sum"]].tolist():
+            begin = first + 2 * ((varying & 0xFFFF) + (varying >> 16))
+            end = begin + 2 * ((uniform & 0xFFFF) + (uniform >> 16))
+            # numbers that all points have stay where they are
+            moved[begin:end:2] = terms[begin:end:2]
+        return np.where(REGISTERS[code[:, 0]], self._place(code), code), moved
 
     def _loads(self, pointer: CArrays, made: Translation) -> list[dict[str, Any]]:
         groups: dict[tuple[int, bool, int], list[tuple[int, int]]] = {}
@@ -359,6 +352,5 @@ def _ints(pointer: CArrays, values: Any) -> Any:
     return pointer(np.ascontiguousarray(np.array(values, dtype=np.int32).ravel()))
 
 
-def _instructions(pointer: CArrays, code: Sequence[Instruction]) -> Any:
-    array = np.array(code or [(0,) * 6], dtype=np.int32)
-    return pointer.ffi.cast("Instruction *", pointer(np.ascontiguousarray(array.ravel())))
+def _instructions(pointer: CArrays, code: Any) -> Any:
+    return pointer.ffi.cast("Instruction *", _ints(pointer, code))

@@ -287,11 +287,13 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     cells = ufl_domain.ufl_cargo().topology.index_map(ufl_domain.topological_dimension)
     keeps = 0 if not moving else LONG if cells.size_global <= FEW else math.inf
     known = structure.key, *places, *rules, repr(of_mesh), keeps, *static
-    if known not in READ:
+    # such a key is long: each look for it takes its time
+    programs = READ.get(known)
+    if programs is None:
         every = (rules_of(groups[key], structure, static, keeps) for key in order)
         coordinates = 3 * (of_mesh.dim // of_mesh.block_size)
-        READ[known] = [Program(some, sizes, steady_dofs, coordinates, len(order)) for some in every]
-    programs = READ[known]
+        programs = [Program(some, sizes, steady_dofs, coordinates, len(order)) for some in every]
+        READ[known] = programs
     if len(sizes) == 2 and all(program.vanishes for program in programs):
         return None
     lib, ffi, pointer = native.cells().lib, native.cells().ffi, CArrays()

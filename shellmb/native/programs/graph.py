@@ -80,8 +80,8 @@ UNARY = (
     "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh",
     "cosh", "tanh", "erf",
 )  # fmt: skip
-LEAVES = ("number", "constant", "entity", "input", "weight")
-COMPARED = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not")
+LEAVES = frozenset({"number", "constant", "entity", "input", "weight"})
+COMPARED = frozenset({"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not"})
 
 
 class Graph:
@@ -114,11 +114,9 @@ class Graph:
         """Any operation as it is; one where a comparison holds, zero elsewhere."""
         if (found := self._known.get(node)) is not None:
             return found
-        own, varies, steady = [self.actual[k] for k in node[1:]], False, True
-        for k in own:
-            varies |= self.varies[k]
-            steady &= self.steady[k]
-        return self._new(node, own, varies, steady)
+        own = [*map(self.actual.__getitem__, node[1:])]
+        varies, steady = map(self.varies.__getitem__, own), map(self.steady.__getitem__, own)
+        return self._new(node, own, True in varies, False not in steady)
 
     def _leaf(self, *node: Any, varies: bool, steady: bool = True) -> int:
         found = self._known.get(node)
@@ -203,7 +201,7 @@ class Graph:
             raise Unsupported("a sum with and without an argument")
         found = dict(a.parts)
         for key, node in b.parts.items():
-            found[key] = own = self.added(found[key], node) if key in found else node
+            found[key] = own = self.added(found.get(key, self.zero), node)
             if own == self.zero:
                 del found[key]
         return Multilinear(found) if found else self.zero
@@ -247,12 +245,14 @@ class Graph:
         if isinstance(b, int):
             if b == self.zero:
                 return b
+            if b == self.one:
+                return a
             return Multilinear({key: times(b, node) for key, node in a.parts.items()})
         found: dict[Key, int] = {}
         for one, x in a.parts.items():
             for two, y in b.parts.items():
                 # in the order of the arguments
-                key = tuple(sorted((*one, *two), key=lambda item: -item.source))
+                key = one + two if one[-1].source >= two[0].source else two + one
                 made = times(x, y)
                 found[key] = self.added(found[key], made) if key in found else made
         return linear(found, self.zero)
@@ -365,7 +365,7 @@ class Graph:
 
     def total(self, parts: Sequence[Scalar]) -> Scalar:
         """Sum of several."""
-        return reduce(self.add, [self.zero, *parts])
+        return reduce(self.add, parts) if parts else self.zero
 
     def derivative(
         self, value: Scalar, direction: Direction, of_key: Callable[[Input], Scalar] | None = None
@@ -408,7 +408,7 @@ class Graph:
                     memo[now] = own
                     continue
                 args = args[2:]
-            of = [] if op in LEAVES else args
+            of = () if op in LEAVES else args
             missing = [a for a in of if a not in memo]
             if missing:
                 stack.extend(missing)

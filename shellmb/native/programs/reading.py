@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial, reduce
+from functools import cache, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -88,9 +88,9 @@ class Reader:
         found = self._memo.get(where)
         if found is None:
             name = expr._ufl_handler_name_
-            own = getattr(self, f"_{name}", None)
+            own = _way(name)
             if own is not None:
-                made = own(expr)
+                made = own(self, expr)
             elif name in FUNCTIONS:
                 made = self.graph.unary(FUNCTIONS[name], *map(self.tensor, expr.ufl_operands))
             elif name in BINARIES:
@@ -104,7 +104,8 @@ class Reader:
                     raise Unsupported(name)
                 made = self.tensor(lowered)
             # what has no shape is itself
-            found = self._memo[where] = made if expr.ufl_shape else array(made)[()]
+            scalar = not expr.ufl_shape and isinstance(made, np.ndarray)
+            found = self._memo[where] = made[()] if scalar else made
             # what is known by its id has to live
             self._kept.append(expr)
         return found
@@ -299,21 +300,17 @@ class Reader:
                 return self.tensor(of)
 
     def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Tensor:
-        before = {k: self._bound.get(k) for k in names}
-        self._bound.update(zip(names, values, strict=True))
+        before = self._bound
+        self._bound = before | dict(zip(names, values, strict=True))
         found = self.tensor(inner)
-        for k, value in before.items():
-            if value is None:
-                del self._bound[k]
-            else:
-                self._bound[k] = value
+        self._bound = before
         return found
 
     def _component_tensor(self, expr: Any) -> Tensor:
         inner, indices = expr.ufl_operands
         names = [i.count() for i in indices]
         made = np.empty(expr.ufl_shape, dtype=object)
-        for places in np.ndindex(expr.ufl_shape):
+        for places in itertools.product(*map(range, expr.ufl_shape)):
             made[places] = self._with(names, places, inner)
         return made
 
@@ -372,6 +369,12 @@ class Reader:
             along = partial(self.graph.derivative, direction=ByVariable(self.graph, label, k))
             made[(..., *place)] = _mapped(along, values)
         return made
+
+
+@cache
+def _way(name: str) -> Callable[[Reader, Any], Tensor] | None:
+    """The way to read an operation, by its name; None if there is none of its own."""
+    return getattr(Reader, f"_{name}", None)
 
 
 def _value(graph: Graph, vanishes: Callable[[Input], bool], item: Input) -> Scalar:

@@ -7,6 +7,7 @@ from typing import Any
 
 import basix
 import numpy as np
+from ufl import Integral, Mesh, as_ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.algorithms.apply_integral_scaling import compute_integrand_scaling_factor
@@ -97,7 +98,8 @@ def _on_facets(cell: Any, places: Floats, weights: Floats) -> Points:
 
 def _estimated(integral: Any) -> int:
     """Degree that UFL estimates for a rule that has none."""
-    value, more = integral.integrand(), compute_integrand_scaling_factor(integral)[1]
+    value, domain = integral.integrand(), integral.ufl_domain()
+    more = _degree_of_size(integral.integral_type(), domain.ufl_coordinate_element())
     leaves: list[Any] = list(traverse_unique_terminals(value))
     functions: list[Any] = [f for f in leaves if isinstance(f, FormArgument)]
     if not (
@@ -105,9 +107,16 @@ def _estimated(integral: Any) -> int:
         or any(f.ufl_element().embedded_superdegree for f in functions)
     ):
         # what is made of constants in a cell is one, as of joints
-        return int(more)
+        return more
     integrand = apply_derivatives(apply_algebra_lowering(taken(integral.integrand())))
-    return int(estimate_total_polynomial_degree(integrand)) + int(more)
+    return int(estimate_total_polynomial_degree(integrand)) + more
+
+
+@cache
+def _degree_of_size(kind: str, element: Any) -> int:
+    """Degree of the size of a cell or facet to its reference, by the element of the mesh."""
+    size = Integral(as_ufl(1), kind, Mesh(element), "everywhere", {}, None)
+    return int(compute_integrand_scaling_factor(size)[1])
 
 
 @cache

@@ -108,7 +108,8 @@ class Translation:
         for keys, end in zip(self._groups, self._ends, strict=True):
             for node in self._order[begin:end]:
                 op = graph.nodes[node][0]
-                if op in LEAVES or node in self._register or sums.get(node) == []:
+                terms = sums.get(node)
+                if op in LEAVES or node in self._register or terms == []:
                     continue
                 args = graph.operands[node]
                 if not graph.varies[node]:
@@ -117,10 +118,8 @@ class Translation:
                     self.uniform_code.append((CODE[op], self.uniforms, x, y, z, 0))
                     self.uniforms += 1
                     continue
-                if len(sums.get(node, ())) > 2 or any(
-                    b is not None for _, _, b in sums.get(node, ())
-                ):
-                    self._add_up(node, sums[node])
+                if terms and (len(terms) > 2 or any(b is not None for _, _, b in terms)):
+                    self._add_up(node, terms)
                 else:
                     self._operate(node, op, args)
             begin, used = end, []
