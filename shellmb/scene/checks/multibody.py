@@ -15,7 +15,6 @@ from shellmb.scene.multibody.elements import Driver, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
-    Distance,
     Joint,
     Prismatic,
     Revolute,
@@ -196,8 +195,8 @@ def relation_rules(scene: Description, relation: Any) -> Sentences:
                 "joint with a driver whose acceleration is commanded"
             )
         finite_in_time(function, scene.given_until, f"{relation.said}: value over time", 1)
-        if isinstance(relation, Distance) and function(0.0) <= 0:
-            yield f"length begins as {function(0.0):g}; it must be greater than 0"
+        if function(0.0) <= relation.above:
+            yield f"length begins as {function(0.0):g}; it must be greater than {relation.above:g}"
 
 
 def glue_rules(scene: Description, glue: Glue) -> Sentences:

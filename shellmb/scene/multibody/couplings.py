@@ -1,5 +1,6 @@
 """Couplings of the coordinates of joints: gears, belts, differentials, and sums of one's own."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -40,10 +41,12 @@ class Relation:
 
     Attributes:
         given: The value as a function of time; empty: zero.
+        above: What it must be greater than.
     """
 
     name: Name
     label: ClassVar[str]
+    above: ClassVar[float] = -math.inf
 
     @property
     def said(self) -> str:

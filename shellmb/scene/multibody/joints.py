@@ -10,6 +10,7 @@ halves, and may act in windows ``(start, end)`` of time only. Rolling and blades
 and not positions.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar
@@ -47,6 +48,7 @@ class Joint:
         rolls: Whether it forbids velocities, and not places.
         along_scene: Whether its forces are reported along the scene's axes, as these turn with the
             first body, and not along its own.
+        above: What its functions of time must be greater than.
     """
 
     name: Name
@@ -65,6 +67,7 @@ class Joint:
     of_regions: ClassVar[bool] = False
     rolls: ClassVar[bool] = False
     along_scene: ClassVar[bool] = False
+    above: ClassVar[float] = -math.inf
     label: ClassVar[str] = "joint"
 
     def _wrong(self) -> Sentences:
@@ -210,14 +213,12 @@ class Distance(Joint):
     length: Positive | TimeFunction | None = field(default=None, kw_only=True)
 
     shells = (True, True)
+    above = 0.0
 
     def _wrong(self) -> Sentences:
         """Check its ends."""
         if self.second_at is None:
             yield "second_at is missing; it must be the other end of the distance"
-        if self.second_at == self.at and (self.length is None or self.given):
-            where = "length is a function of time" if self.given else "no length is given"
-            yield f"at and second_at are both {show(self.at)}; they must differ where {where}"
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:
