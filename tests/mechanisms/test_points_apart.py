@@ -55,6 +55,6 @@ def test_lengths_over_time_do_not_become_negative() -> None:
     rope = sm.Distance(
         "rope", *BODIES, at="origin", second_at="origin", length=lambda t: 1 - t / 5e-3
     )
-    says = r"'rope': value over time is 0 at t = 0.005; it must be greater than 0"
+    says = r"'rope': value over time gives .* at t = 0.01; it must give a number greater than 0"
     with pytest.raises(sm.SceneError, match=says):
         sm.run(two(1.0, joints=rope), pictures=False)

@@ -10,7 +10,6 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
-from shellmb.errors import SceneError
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import set_constants
@@ -276,13 +275,8 @@ class GivenValues:
         return {"s": len(self._items[0].given)} if self._items and self._items[0].given else {}
 
     def _at(self, t: float) -> Floats:
-        values = []
-        for item in self._items:
-            who = f"{item.said}: value over time"
-            values.append([numbers_at(f(t), t, who) for f in item.given])
-            if min(values[-1]) <= item.above:
-                least = f"it must be greater than {item.above:g}"
-                raise SceneError(f"{who} is {min(values[-1]):g} at t = {t:g}; {least}")
+        said = [(item, f"{item.said}: value over time") for item in self._items]
+        values = [[numbers_at(f(t), t, who, 1, i.above) for f in i.given] for i, who in said]
         return np.array(values, dtype=float)
 
     def values(self, q: Expr, layout: Layout) -> list[Expr]:

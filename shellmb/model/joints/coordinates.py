@@ -84,8 +84,8 @@ def distance_coordinate(
         length: Size of the scene, m.
         who: Who asks, for the error.
     """
-    start = apart(ends, length, who)
-    return BoundCoordinate(name, "distance", ends, np.array([np.eye(3)] * 2), start)
+    axes = np.array([np.eye(3)] * 2)
+    return BoundCoordinate(name, "distance", ends, axes, apart(ends, length, who))
 
 
 class CoordinateGroup(ConstraintGroup):

@@ -316,14 +316,12 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
     ]
 
 
-def bind(
-    joint: Joint, find: FindEnd, shells: Mapping[str, Meshed], size: float
-) -> list[BoundJoint]:
+def bind(joint: Joint, end: FindEnd, shells: Mapping[str, Meshed], size: float) -> list[BoundJoint]:
     """Find the places of a joint: one item, of a weld along a region one for each of its nodes.
 
     Args:
         joint: Description.
-        find: Gives the place on a body: its name, where on it, and who asks.
+        end: Gives the place on a body: its name, where on it, and who asks.
         shells: Shells and bodies of the user's own by name.
         size: Size of the scene, m.
 
@@ -334,8 +332,8 @@ def bind(
     if joint.of_regions and isinstance(where, str) and joint.second in shells:
         body = shells[joint.second]
         if where in body.domain.regions:
-            return _bind_region(joint, where, body, find)
-    return [bind_joint(joint, find, size)]
+            return _bind_region(joint, where, body, end)
+    return [bind_joint(joint, end, size)]
 
 
 def _bind_region(joint: Joint, region: str, body: Meshed, find: FindEnd) -> list[BoundJoint]:

@@ -194,9 +194,8 @@ def relation_rules(scene: Description, relation: Any) -> Sentences:
                 f"{show(function)} is no value over time; it must be a function of time, or a "
                 "joint with a driver whose acceleration is commanded"
             )
-        finite_in_time(function, scene.given_until, f"{relation.said}: value over time", 1)
-        if function(0.0) <= relation.above:
-            yield f"length begins as {function(0.0):g}; it must be greater than {relation.above:g}"
+        who = f"{relation.said}: value over time"
+        finite_in_time(function, scene.given_until, who, 1, relation.above)
 
 
 def glue_rules(scene: Description, glue: Glue) -> Sentences:
