@@ -196,6 +196,10 @@ def relation_rules(scene: Description, relation: Any) -> Sentences:
             )
         who = f"{relation.said}: value over time"
         finite_in_time(function, scene.given_until, who, 1, relation.above)
+    # a joint's name alone, and with its only coordinate, are one
+    terms = getattr(relation, "terms", ())
+    if len({(term.joint, scene.coordinates_of(term)) for term in terms}) < len(terms):
+        raise relation.repeated(terms)
 
 
 def glue_rules(scene: Description, glue: Glue) -> Sentences:
