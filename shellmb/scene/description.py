@@ -89,9 +89,7 @@ class Description:
     @property
     def scheme_name(self) -> str:
         """Name of the scheme, also where it is an object."""
-        return (
-            self.scheme if isinstance(self.scheme, str) else str(getattr(self.scheme, "name", ""))
-        )
+        return self.scheme if isinstance(self.scheme, str) else getattr(self.scheme, "name", "")
 
     @property
     def dissipation(self) -> float:

@@ -123,6 +123,13 @@ def test_springs_act_through_gears_in_statics() -> None:
         (sm.Gear("g", "on_a", "on_b", ratio=0.0), "the factor of joint 'on_a' is 0"),
         (sm.Gear("g", "on_a", "on_a", ratio=2.0), "it must have two or more, each once"),
         (sm.Coupling("g", {"on_a": 1.0}), "it must have two or more, each once"),
+        # one coordinate by two names, which would stand still
+        (
+            sm.Gear("g", "on_a", ("on_a", "rotation"), ratio=2.0),
+            "it must have two or more, each once",
+        ),
+        (sm.Differential("g", "on_a", "on_a", "on_b"), "it must have two or more, each once"),
+        (sm.Differential("g", "on_a", "on_b", "on_b"), "it must have two or more, each once"),
         (sm.Coupling("g", {"on_a": 1.0, "on_b": 1.0}, lambda t: 1 + t), "must begin as 0"),
         (sm.Coupling("g", {"on_a": 1.0, "on_b": 1.0}, sm.Command("c")), "no value over time"),
         (

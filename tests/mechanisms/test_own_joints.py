@@ -263,7 +263,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "a length of nothing": (
         sm.Distance("rope", sm.GROUND, "bob", length=lambda t: t, **AT),
-        "length begins as 0; it must be greater than 0",
+        "value over time gives 0.0 at t = 0; it must give a number greater than 0",
     ),
     "no number": (
         sm.Distance("rope", sm.GROUND, "bob", length=lambda t: np.ones(2), **AT),

@@ -147,10 +147,6 @@ BAD = {
     "distance joint 'j': second_at is missing; it must be the other end of the distance": lambda: (
         moving(CRANK, joints=Distance("j", "crank", length=1))
     ),
-    "distance joint 'j': at and second_at are both (1.0, 0.0, 0.0); they must differ where no "
-    "length is given": lambda: moving(
-        CRANK, joints=Distance("j", "crank", "ground", at=TIP, second_at=TIP)
-    ),
     "spherical joint 'j': active has the window (1, 2); it must begin between 0 and the scene's "
     "end 1": lambda: moving(CRANK, joints=Spherical("j", "crank", active=(1, 2))),
     "spherical joint 'j': active has the window (-1, 2); it must begin between 0 and the scene's "

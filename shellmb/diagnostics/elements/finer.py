@@ -118,10 +118,9 @@ def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str
     found = []
     with _quietly():
         for times in (2, 4):
-            shells = [
-                replace(s, mesh=(max(s.mesh[0] // times, 1), max(s.mesh[1] // times, 1)))
-                for s in scene.shells
-            ]
+            given = [s.mesh for s in scene.shells]
+            fewer = [(max(a // times, 1), max(b // times, 1)) for a, b in given]
+            shells = [replace(s, mesh=n) for s, n in zip(scene.shells, fewer, strict=True)]
             found.append(solve(replace(scene, shells=shells)))
         return found, "elements two and four times as wide"
     return None
@@ -152,6 +151,13 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     scene, shells, found = simulation.scene, simulation.model.shells, None
     flat = {name for name, body in shells.items() if not Mesh(body).curved}
     still: dict[str, Any] = {"scheme": "linear-statics", "dt": scene.t_end}
+    bent = (name in flat and _bends(simulation, name, q) for name, q in states.items())
+    if scene.static and scene.path is None and not simulation.scheme.linear and any(bent):
+        # what stretches as it bends carries loads otherwise than small ones, by layers around
+        # points that hold it: all loads act at once
+        whole = replace(scene, dt=scene.t_end)
+        if found := _beside(simulation, lambda: whole, False):
+            return found
     if scene.static:
         found = _beside(simulation, lambda: scene.with_options(**still), False)
     if found is None and scene.supports and (scene.static or len(flat) < len(shells)):
@@ -187,8 +193,16 @@ def energy_of(simulation: Simulation, name: str) -> Scalar:
     return energy
 
 
+def _bends(simulation: Simulation, name: str, q: Floats) -> bool:
+    """Decide whether a flat shell bends by more than half its thickness; collective."""
+    body = simulation.model.shells[name]
+    across = q[body.mixed.dofs["u"]].reshape(-1, 3) @ body.node_directors()[:1, 0].T
+    far = float(np.max(np.abs(across), initial=0.0))
+    return simulation.model.comm.allreduce(far, op=MPI.MAX) > body.section.sizes.thickness / 2
+
+
 def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> Finer | None:
-    """Compare a linear scene with its better one; collective.
+    """Compare a scene, a linear one mostly, with its better one; collective.
 
     Args:
         simulation: The run that it is about.
@@ -201,9 +215,10 @@ def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> 
         run.run()
         return run
 
-    said, unknowns = "by its response to small loads on", simulation.problem.system.size
+    unknowns = simulation.problem.system.size
     with _quietly():
         scene = make()
+        said = f"by its response to {'its' if scene.scheme == 'static' else 'small'} loads on"
         if found := by_better(scene, unknowns, response):
             off = _apart(response(scene), found[0], smooth)
             return Finer(off, f"{said} {found[1]}") if off else None

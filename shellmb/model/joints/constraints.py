@@ -275,10 +275,8 @@ class GivenValues:
         return {"s": len(self._items[0].given)} if self._items and self._items[0].given else {}
 
     def _at(self, t: float) -> Floats:
-        values = [
-            [numbers_at(f(t), t, f"{item.said}: value over time") for f in item.given]
-            for item in self._items
-        ]
+        said = [(item, f"{item.said}: value over time") for item in self._items]
+        values = [[numbers_at(f(t), t, who, 1, i.above) for f in i.given] for i, who in said]
         return np.array(values, dtype=float)
 
     def values(self, q: Expr, layout: Layout) -> list[Expr]:

@@ -15,13 +15,12 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.held import Law
 from shellmb.forms.constraints.joints import Place
 from shellmb.model.body import Dofs, NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.joints import BoundJoint
+from shellmb.model.joints.joints import BoundJoint, apart
 from shellmb.model.locations.ends import End, end_pair
 from shellmb.model.massless import Scale, Targets
 
@@ -32,8 +31,6 @@ Key = tuple[str, str]
 _VECTORS = {"rotation": (3, 3), "translation": (3, 0), "distance": (0, 0)}
 # how the values of coordinates are called in results
 COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}
-# two points count as one below this part of the scene's length
-TOGETHER = 1e-9
 
 
 @dataclass(frozen=True)
@@ -86,16 +83,9 @@ def distance_coordinate(
         ends: The points.
         length: Size of the scene, m.
         who: Who asks, for the error.
-
-    Raises:
-        SceneError: If both points are at the same place: there is no direction between them.
     """
-    start = float(np.linalg.norm(ends[1].point - ends[0].point))
-    if not start > TOGETHER * length:
-        raise SceneError(
-            f"{who}: its ends are at the same point; they must be apart in the given positions"
-        )
-    return BoundCoordinate(name, "distance", ends, np.array([np.eye(3)] * 2), start)
+    axes = np.array([np.eye(3)] * 2)
+    return BoundCoordinate(name, "distance", ends, axes, apart(ends, length, who))
 
 
 class CoordinateGroup(ConstraintGroup):

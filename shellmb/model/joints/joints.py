@@ -35,6 +35,9 @@ from shellmb.scene.multibody import joints as scene_joints
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.values.validate import show
 
+# two points count as one below this part of the scene's length
+TOGETHER = 1e-9
+
 FindEnd = Callable[[str, Any, str], End]
 
 
@@ -89,12 +92,32 @@ class BoundJoint:
         return self.joint.name if self.own else self.kind, first, second
 
 
-def bind_joint(joint: Any, find: FindEnd) -> BoundJoint:
+def apart(ends: tuple[End, End], length: float, who: str) -> float:
+    """Distance of two points, m.
+
+    Args:
+        ends: The points.
+        length: Size of the scene, m.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If both are at the same place: there is no direction between them.
+    """
+    found = float(np.linalg.norm(ends[1].point - ends[0].point))
+    if not found > TOGETHER * length:
+        raise SceneError(
+            f"{who}: its ends are at the same point; they must be apart in the given positions"
+        )
+    return found
+
+
+def bind_joint(joint: Any, find: FindEnd, size: float) -> BoundJoint:
     """Find the places of a joint and the axes it needs there.
 
     Args:
         joint: Description.
         find: Gives the place on a body: its name, where on it, and who asks.
+        size: Size of the scene, m.
 
     Raises:
         SceneError: If there is no such place, or a shell's director is not where it should be.
@@ -115,16 +138,11 @@ def bind_joint(joint: Any, find: FindEnd) -> BoundJoint:
         check_equations(joint, own, framed, len(joint.values))
         return BoundJoint(joint, kind, (first, second), axes, own=own)
     if kind == "distance":
-        length = float(np.linalg.norm(second.point - first.point))
+        length = apart((first, second), size, joint.said)
         if joint.given:
             kind = "given distance"
         else:
             length = joint.length or length
-        if not length > 0:
-            raise SceneError(
-                f"{joint.said}: its ends are at the same point; a distance joint needs two "
-                "points, or use Spherical"
-            )
     kind = "cylindrical" if joint.tied else kind
     bound = BoundJoint(joint, kind, (first, second), axes, length)
     if kind not in KINDS:
@@ -290,13 +308,14 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
     ]
 
 
-def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[BoundJoint]:
+def bind(joint: Joint, end: FindEnd, shells: Mapping[str, Meshed], size: float) -> list[BoundJoint]:
     """Find the places of a joint: one item, of a weld along a region one for each of its nodes.
 
     Args:
         joint: Description.
-        find: Gives the place on a body: its name, where on it, and who asks.
+        end: Gives the place on a body: its name, where on it, and who asks.
         shells: Shells and bodies of the user's own by name.
+        size: Size of the scene, m.
 
     Raises:
         SceneError: If there is no such place, or a joint along a region has a mass.
@@ -305,8 +324,8 @@ def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[Boun
     if joint.of_regions and isinstance(where, str) and joint.second in shells:
         body = shells[joint.second]
         if where in body.domain.regions:
-            return _bind_region(joint, where, body, find)
-    return [bind_joint(joint, find)]
+            return _bind_region(joint, where, body, end)
+    return [bind_joint(joint, end, size)]
 
 
 def _bind_region(joint: Joint, region: str, body: Meshed, find: FindEnd) -> list[BoundJoint]:

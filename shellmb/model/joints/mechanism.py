@@ -106,7 +106,7 @@ class Mechanism:
                 self.joints[joint.name] = bind_contact(joint, find, scale.length)
                 continue
             hinge = hinges.get(joint.name)
-            bound = bind(joint, find, shells) if hinge is None else hinge.nodes
+            bound = bind(joint, find, shells, scale.length) if hinge is None else hinge.nodes
             self.joints[joint.name] = bound[0]
             plain += bound
         switched = frozenset(j.name for j in scene.joints if j.active is not None)

@@ -15,7 +15,6 @@ from shellmb.scene.multibody.elements import Driver, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
-    Distance,
     Joint,
     Prismatic,
     Revolute,
@@ -194,9 +193,12 @@ def relation_rules(scene: Description, relation: Any) -> Sentences:
                 f"{show(function)} is no value over time; it must be a function of time, or a "
                 "joint with a driver whose acceleration is commanded"
             )
-        finite_in_time(function, scene.given_until, f"{relation.said}: value over time", 1)
-        if isinstance(relation, Distance) and function(0.0) <= 0:
-            yield f"length begins as {function(0.0):g}; it must be greater than 0"
+        who = f"{relation.said}: value over time"
+        finite_in_time(function, scene.given_until, who, 1, relation.above)
+    # a joint's name alone, and with its only coordinate, are one
+    terms = getattr(relation, "terms", ())
+    if len({(term.joint, scene.coordinates_of(term)) for term in terms}) < len(terms):
+        raise relation.repeated(terms)
 
 
 def glue_rules(scene: Description, glue: Glue) -> Sentences:

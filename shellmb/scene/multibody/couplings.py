@@ -1,6 +1,7 @@
 """Couplings of the coordinates of joints: gears, belts, differentials, and sums of one's own."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -40,10 +41,12 @@ class Relation:
 
     Attributes:
         given: The value as a function of time; empty: zero.
+        above: What it must be greater than.
     """
 
     name: Name
     label: ClassVar[str]
+    above: ClassVar[float] = -math.inf
 
     @property
     def said(self) -> str:
@@ -51,14 +54,19 @@ class Relation:
         return f"{self.label} '{self.name}'"
 
     @property
-    def weights(self) -> Mapping[Any, float]:
-        """Factor of each coordinate."""
+    def weights(self) -> Sequence[tuple[Any, float]]:
+        """Each coordinate with its factor."""
         raise NotImplementedError
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:
         """The value over time, if it has one."""
         return ()
+
+    def repeated(self, found: Sequence[Coupled]) -> SceneError:
+        """Error about coordinates that are too few, or there twice."""
+        names = show([c.joint for c in found])
+        return error_of(self, f"its coordinates are {names}; it must have two or more, each once")
 
     @property
     def terms(self) -> tuple[Coupled, ...]:
@@ -67,15 +75,10 @@ class Relation:
         Raises:
             SceneError: If there are not several, or one of them has no factor.
         """
-        found = []
-        for which, factor in self.weights.items():
-            joint, coordinate = which if isinstance(which, tuple) else (which, None)
-            found.append(Coupled(self.name, joint, coordinate, factor))
+        given = [(w if isinstance(w, tuple) else (w, None), f) for w, f in self.weights]
+        found = [Coupled(self.name, joint, kind, f) for (joint, kind), f in given]
         if len(found) < 2:
-            raise SceneError(
-                f"{self.said}: its coordinates are {show([c.joint for c in found])}; it must have "
-                "two or more, each once"
-            )
+            raise self.repeated(found)
         for term in found:
             if term.factor == 0:
                 raise error_of(self, f"the factor of joint '{term.joint}' is 0; it must not be 0")
@@ -99,9 +102,9 @@ class Coupling(Relation):
     value: TimeFunction | None = None
 
     @property
-    def weights(self) -> Mapping[Any, float]:
-        """Factor of each coordinate."""
-        return self.factors
+    def weights(self) -> Sequence[tuple[Any, float]]:
+        """Each coordinate with its factor."""
+        return list(self.factors.items())
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:
@@ -126,9 +129,9 @@ class Gear(Relation):
     ratio: Finite = field(kw_only=True)
 
     @property
-    def weights(self) -> Mapping[Any, float]:
-        """Factor of each coordinate."""
-        return {self.first: -self.ratio, self.second: 1.0}
+    def weights(self) -> Sequence[tuple[Any, float]]:
+        """Each coordinate with its factor."""
+        return (self.first, -self.ratio), (self.second, 1.0)
 
 
 @described("belt")
@@ -149,10 +152,10 @@ class Belt(Relation):
     crossed: bool = field(default=False, kw_only=True)
 
     @property
-    def weights(self) -> Mapping[Any, float]:
-        """Factor of each coordinate."""
+    def weights(self) -> Sequence[tuple[Any, float]]:
+        """Each coordinate with its factor."""
         a, b = self.radii
-        return {self.first: a, self.second: b if self.crossed else -b}
+        return (self.first, a), (self.second, b if self.crossed else -b)
 
 
 @described("differential")
@@ -176,7 +179,7 @@ class Differential(Relation):
     teeth: tuple[Positive, Positive] = field(default=(1.0, 1.0), kw_only=True)
 
     @property
-    def weights(self) -> Mapping[Any, float]:
-        """Factor of each coordinate."""
+    def weights(self) -> Sequence[tuple[Any, float]]:
+        """Each coordinate with its factor."""
         a, b = self.teeth
-        return {self.first: a, self.second: b, self.carrier: -a - b}
+        return (self.first, a), (self.second, b), (self.carrier, -a - b)

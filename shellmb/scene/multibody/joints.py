@@ -10,6 +10,7 @@ halves, and may act in windows ``(start, end)`` of time only. Rolling and blades
 and not positions.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar
@@ -49,6 +50,7 @@ class Joint:
             first body, and not along its own.
         about_director: Whether its axis is the director of a shell.
         tied: Coordinates that change in proportion.
+        above: What its functions of time must be greater than.
     """
 
     name: Name
@@ -69,6 +71,7 @@ class Joint:
     along_scene: ClassVar[bool] = False
     about_director: ClassVar[bool] = False
     tied: ClassVar[tuple[str, ...]] = ()
+    above: ClassVar[float] = -math.inf
     label: ClassVar[str] = "joint"
 
     def _wrong(self) -> Sentences:
@@ -226,14 +229,12 @@ class Distance(Joint):
     length: Positive | TimeFunction | None = field(default=None, kw_only=True)
 
     shells = (True, True)
+    above = 0.0
 
     def _wrong(self) -> Sentences:
         """Check its ends."""
         if self.second_at is None:
             yield "second_at is missing; it must be the other end of the distance"
-        if self.second_at == self.at and (self.length is None or self.given):
-            where = "length is a function of time" if self.given else "no length is given"
-            yield f"at and second_at are both {show(self.at)}; they must differ where {where}"
 
     @property
     def given(self) -> tuple[TimeFunction, ...]:

@@ -231,7 +231,7 @@ def check_sign(value: Floats, x: Floats, who: str, strictly: bool) -> None:
         )
 
 
-def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
+def finite_in_time(function: Any, end: float, who: str, size: int, above: float = -np.inf) -> None:
     """Try a function of time at the beginning, the middle and the end; anything else passes.
 
     Raises:
@@ -241,11 +241,11 @@ def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
         return
     # a scene is checked again with each option: its functions begin their memory in the run
     function = on_trial(function)
-    for t in (0.0, t_end / 2, t_end):
-        given_at(function, t, who, size)
+    for t in (0.0, end / 2, end):
+        given_at(function, t, who, size, above)
 
 
-def given_at(function: Any, t: float, who: str, size: int) -> Any:
+def given_at(function: Any, t: float, who: str, size: int, above: float = -np.inf) -> Any:
     """Value of a function of time.
 
     Raises:
@@ -257,10 +257,10 @@ def given_at(function: Any, t: float, who: str, size: int) -> Any:
         raise SceneError(
             f"{who} fails at t = {t:g} ({in_words(error)}); it must give {_wanted(size)}"
         ) from error
-    return numbers_at(given, t, who, size)
+    return numbers_at(given, t, who, size, above)
 
 
-def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
+def numbers_at(given: Any, t: float, who: str, size: int = 1, above: float = -np.inf) -> Any:
     """Numbers that a function of time gave, checked.
 
     Args:
@@ -268,9 +268,10 @@ def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
         t: The time [s].
         who: What messages call the function.
         size: How many numbers it must be.
+        above: What they must be greater than.
 
     Raises:
-        SceneError: If it is something else than ``size`` finite numbers.
+        SceneError: If it is something else than ``size`` such finite numbers.
     """
     try:
         value = np.asarray(given)
@@ -278,8 +279,10 @@ def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
         value = np.asarray("")
     # texts, complex numbers and truth values are no numbers, nor is an array that has one
     shape = () if size == 1 else (size,)
-    if not (value.dtype.kind in "iuf" and value.shape == shape and np.isfinite(value).all()):
-        raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {_wanted(size)}")
+    fine = value.dtype.kind in "iuf" and value.shape == shape and np.isfinite(value).all()
+    if not (fine and (value > above).all()):
+        wanted = _wanted(size) if above < 0 else f"a number greater than {above:g}"
+        raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {wanted}")
     return value
 
 

@@ -52,7 +52,9 @@ YOUNG, SOLUTIONS = 3.0, 3.0
 # estimate and no measurement of each run, so that a run gives the same result each time
 SMALL_COST, OPERATIONS = 12.0, 25.0
 # The same of factors in a band, and of as many unknowns as make it twice that: measured 1 of three
-# links, 2.5 of a hundred (EP, EP4). Where steps take as long with it fewer iterations are better
+# links, 2.5 of a hundred (EP, EP4). Where steps take as long with it fewer iterations are better.
+# On several ranks messages make an iteration as slow: with 12 a four-bar linkage (EP4) took 1.6
+# times the iterations, small plates twice as many in as much time
 BANDED_COST, BANDED_SIZE = 1.0, 1000.0
 
 
@@ -234,9 +236,9 @@ class DirectSolver:
     @property
     def cost(self) -> float:
         """Cost of assembling and factorising, in iterations with an old factorisation."""
-        if self.factors is Factors.BANDED:
-            return min(SMALL_COST, BANDED_COST * (1 + self.A.getSize()[0] / BANDED_SIZE))
-        return max(SMALL_COST, (self._work or 0.0) / OPERATIONS)
+        quick = self.factors is Factors.BANDED or self.A.comm.size > 1
+        small = BANDED_COST * (1 + self.A.getSize()[0] / BANDED_SIZE) if quick else SMALL_COST
+        return max(min(small, SMALL_COST), (self._work or 0.0) / OPERATIONS)
 
     def _operations(self) -> float:
         """Operations of the factorisation for each number of its factors, from the analysis."""
