@@ -20,6 +20,7 @@ from shellmb.running.rotating.quadratic import (
     STILL,
     Pair,
     Relaxing,
+    parted,
     product,
     solve_quadratic,
     told_from_zero,
@@ -153,11 +154,7 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
     if not branches:
         found = told_from_zero(found, K, C, M, rotating.shift)
-    zero = [pair for pair in found if abs(pair.value) < STILL * rotating.shift]
-    # a double zero is found as a complex pair, of which one is listed, or as two real numbers
-    second = [pair for pair in zero if pair.value.imag == 0][1::2]
-    zero = [pair for pair in zero if not any(pair is other for other in second)]
-    above = [pair for pair in found if abs(pair.value) >= STILL * rotating.shift]
+    zero, above = parted(found, M, rotating.shift)
     rigid, kept = len(zero), [*zero, *above][: count + spare]
     if len(kept) < count:
         raise TooFewModesError(count=count, there=len(kept))

@@ -158,6 +158,37 @@ def told_from_zero(
     return found
 
 
+def parted(pairs: Sequence[Pair], M: PETSc.Mat, shift: float) -> tuple[list[Pair], list[Pair]]:
+    """Pairs that are zero, each free motion once, and the others; collective.
+
+    The zero of a free motion is double, and found as a complex pair or as two real numbers; that of
+    what only a damper holds is single. Shapes tell them apart, but where many zeros mix they are
+    less different than the motions: it is half as many motions as zeros at least.
+
+    Args:
+        pairs: The pairs, from `told_from_zero`.
+        M: Mass.
+        shift: The shift at which they were found, 1/s.
+    """
+    zero = [pair for pair in pairs if abs(pair.value) < STILL * shift]
+    real = [pair for pair in zero if pair.value.imag == 0]
+    halved = [pair for pair in zero if pair.value.imag != 0] + real[::2]
+    shapes: list[Pair] = []
+    for pair in zero:
+        whole = product(M, pair, pair).real
+        for part in pair[1:]:
+            alone = Pair(pair.value, part.copy(), 0.0 * part)
+            # twice: round-off of the first time is left
+            for other in shapes * 2:
+                alone.real.axpy(-product(M, other, alone).real, other.real)
+            square = product(M, alone, alone).real
+            if square > SAME * whole:
+                alone.real.scale(square**-0.5)
+                shapes.append(alone)
+    above = [pair for pair in pairs if abs(pair.value) >= STILL * shift]
+    return max(halved, shapes, key=len), above
+
+
 def _round_off(A: PETSc.Mat, M: PETSc.Mat, pairs: Sequence[Pair]) -> Floats:
     """Round-off of `v^T A v/(v^T M v)` of the larger part of each vector."""
     return quotients(A, M, [max(p[1:], key=lambda vector: vector.norm()) for p in pairs])[1]
