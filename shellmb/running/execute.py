@@ -18,7 +18,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.barrier import arrive
+from shellmb.barrier import arrive, failing_together
 from shellmb.diagnostics.base import RunWarning, collect_warnings, setup_warnings
 from shellmb.errors import (
     ControlError,
@@ -148,7 +148,7 @@ def execute(
     """
     directory = None if out is None else Path(out)
     claim = nullcontext() if directory is None or not new else claimed(directory, comm, new=True)
-    with claim:
+    with claim, failing_together(comm):
         begin = clock.perf_counter()
         # a signal that comes to one of several ranks is taken up by all of them, behind a step
         check_memory(scene, comm)

@@ -9,6 +9,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.arrays import Ints
+from shellmb.barrier import failing_together
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
@@ -210,9 +211,11 @@ class Simulation(Restartable):
         begin = now()
         before = self.step_seconds
         try:
-            while not self.over and not self.finished:
-                self.advance(observers)
-                self.step_seconds = before + now() - begin
+            # before observers finish, which have to be the same on all ranks
+            with failing_together(self.model.comm):
+                while not self.over and not self.finished:
+                    self.advance(observers)
+                    self.step_seconds = before + now() - begin
         except BaseException as failure:
             error = failure
             raise
