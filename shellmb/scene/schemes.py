@@ -1,6 +1,12 @@
 """Schemes by their names: what a scene may have with each of them."""
 
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, NamedTuple, Protocol
+
+from pydantic import BeforeValidator, Field
+
+from shellmb.scene.types import Name
+from shellmb.scene.values.validate import Sentences, described
 
 
 class Scheme(Protocol):
@@ -8,6 +14,43 @@ class Scheme(Protocol):
 
     @property
     def name(self) -> str: ...  # noqa: D102
+
+
+def _as_set(names: Any) -> Any:
+    # in a text there would be "momentum" within "angular momentum"
+    if isinstance(names, str):
+        raise ValueError("it must be a set of names")
+    return frozenset(names)
+
+
+@described("scheme")
+class OwnScheme:
+    """Members that each scheme object must have (`shellmb.schemes.base.Scheme`), to be checked."""
+
+    name: Name
+    title: str
+    order: Annotated[int, Field(ge=0)]
+    dynamic: bool
+    stages: tuple[Name, ...]
+    rates: tuple[Name, ...]
+    conserves: Annotated[
+        frozenset[Literal["energy", "momentum", "angular momentum"]], BeforeValidator(_as_set)
+    ]
+    expand: Callable[..., Any]
+    advance: Callable[..., Any]
+    accelerations: tuple[Name, ...] = ()
+
+    def _wrong(self) -> Sentences:
+        for what in ("stages", "rates", "accelerations"):
+            names = getattr(self, what)
+            if len(set(names)) < len(names):
+                yield what, "it must have each name once"
+        if "f" not in self.stages:
+            yield "stages", "one of them must be 'f', the state at the end of the step"
+        if (self.dynamic and "v" not in self.rates) or "q" in self.rates:
+            yield "rates", "one of them must be 'v', the velocities, and none 'q'"
+        if not set(self.accelerations) <= set(self.rates) - {"v"}:
+            yield "accelerations", "it must be names of rates other than 'v'"
 
 
 class Traits(NamedTuple):

@@ -1,12 +1,16 @@
 """The schemes by name. Tests of order, energy, momenta and constraints run over this list."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
+
+import numpy as np
+from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
 from shellmb.scene.schemes import Scheme as Named
-from shellmb.schemes.base import END, Scheme
+from shellmb.scene.values.validate import show
+from shellmb.schemes.base import END, Levels, Scheme, Stage, Tangent, Values
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
@@ -52,14 +56,22 @@ def completed(scheme: Named) -> Scheme:
     Raises:
         SceneError: If it has states in between and not what they need.
     """
-    kind, whole = type(scheme), cast(Any, scheme)
+    kind: Any = type(scheme)
+    bundled = {name: type(make(1.0)) for name, make in SCHEMES.items()}
+    if kind in bundled.values():
+        return cast(Scheme, scheme)
+    if not issubclass(kind, bundled.get(scheme.name, kind)):
+        raise SceneError(
+            f"scheme '{scheme.name}': a bundled scheme has this name; it must have another one"
+        )
     if not issubclass(kind, Scheme):
-        whole = object.__new__(type(kind.__name__, (kind, Scheme), {}))
-        # of classes with slots, too: these stand beside what is in no slot
-        held: Any = object.__getstate__(scheme)
-        for values in held if isinstance(held, tuple) else (held,):
-            for name, value in (values or {}).items():
-                object.__setattr__(whole, name, value)
+        kind = type(kind.__name__, (kind, Scheme), {})
+    whole: Any = object.__new__(type(kind.__name__, (_Checked, kind), {}))
+    # of classes with slots, too: these stand beside what is in no slot
+    held: Any = object.__getstate__(scheme)
+    for values in held if isinstance(held, tuple) else (held,):
+        for name, value in (values or {}).items():
+            object.__setattr__(whole, name, value)
     missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]
     if missing and (*whole.stages,) != (END,):
         raise SceneError(
@@ -67,3 +79,50 @@ def completed(scheme: Named) -> Scheme:
             f"define {listed(missing)}, whose defaults know '{END}' alone (as `schemes/ed.py` does)"
         )
     return cast(Scheme, whole)
+
+
+class _Checked(Scheme):
+    """What a user's scheme returns, with a sentence where it is something else."""
+
+    def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
+        """Stages, one for each name, with velocities and their rates if there are any."""
+        found = super().expand(levels, dt)
+        _compare(self.name, "expand", found, self.stages, "stages")
+        for name, stage in found.items():
+            whole = isinstance(stage, Stage) and (
+                not self.dynamic or not (stage.rate is None or stage.velocity is None)
+            )
+            if not whole:
+                raise SceneError(
+                    f"scheme '{self.name}': expand returns {show(stage)} for the stage '{name}'; "
+                    "it must be a Stage, with rate and velocity where there are velocities"
+                )
+        return found
+
+    def advance(
+        self,
+        q: Values,
+        rates: Mapping[str, Values],
+        unknown: Mapping[str, Values],
+        dt: float,
+        tangent: Tangent,
+    ) -> dict[str, Values]:
+        """Rates at the end of the step, an array for each name."""
+        found = super().advance(q, rates, unknown, dt, tangent)
+        _compare(self.name, "advance", found, self.rates, "rates")
+        for name, values in found.items():
+            if np.shape(values) != np.shape(q):
+                raise SceneError(
+                    f"scheme '{self.name}': advance returns an array of shape {np.shape(values)} "
+                    f"for the rate '{name}'; it must be that of q, {np.shape(q)}"
+                )
+        return found
+
+
+def _compare(scheme: str, function: str, found: Any, names: Sequence[str], what: str) -> None:
+    if not isinstance(found, dict) or set(found) != set(names):
+        returned = listed(found) or "nothing" if isinstance(found, dict) else show(found)
+        raise SceneError(
+            f"scheme '{scheme}': {function} returns {returned}; it must return a dict with its "
+            f"{what}, {listed(names)}"
+        )
