@@ -5,31 +5,36 @@ file of the user's. So a file is written under a name of its own and takes its p
 stood there, a file or a link, is replaced, and what a link points to is left alone.
 """
 
+import ctypes
 import os
 import stat
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from shellmb.errors import RunError
 
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+# of the C library of Linux: files by their names, which change places
+_CHANGE = getattr(ctypes.CDLL(None), "renameat2", None)
+HERE, EXCHANGE = -100, 2
 
 
 @contextmanager
-def drafted(file: Path) -> Iterator[Path]:
+def drafted(file: Path, place: Callable[[Path, Path], object] = os.replace) -> Iterator[Path]:
     """A new empty file beside another one, whose place it takes at the end, unless that fails.
 
     Args:
         file: The file.
+        place: Puts the new file in the place of the other one.
     """
     draft = file.with_name(f".{uuid.uuid4().hex[:12]}{file.suffix}")
     os.close(os.open(draft, NEW, 0o666))
     try:
         yield draft
-        draft.replace(file)
+        place(draft, file)
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
@@ -54,6 +59,32 @@ def write_text(file: Path, text: str) -> None:
         text: Its content.
     """
     write_bytes(file, text.encode())
+
+
+def rewrite_text(file: Path, text: str) -> None:
+    """Write a file that is written again and again, and is whole at any time.
+
+    A rename onto a file waits for the disk (ext4: 3 ms), so that a power failure leaves one of
+    both; files that change places do not. So it is for what can be made anew.
+
+    Args:
+        file: The file.
+        text: Its content.
+    """
+    # what is cut to nothing and written waits for the disk, too
+    with drafted(file, _exchange) as draft, draft.open("r+b") as new:
+        new.write(text.encode())
+
+
+def _exchange(draft: Path, file: Path) -> None:
+    plain = False
+    with suppress(FileNotFoundError):
+        plain = is_plain(file)
+    names = HERE, os.fsencode(draft), HERE, os.fsencode(file)
+    if _CHANGE is None or not plain or _CHANGE(*names, EXCHANGE) != 0:
+        draft.replace(file)
+    else:
+        draft.unlink()
 
 
 def open_new(file: Path) -> BinaryIO:
