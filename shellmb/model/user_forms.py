@@ -227,6 +227,26 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
     return sum(found[1:], found[0])
 
 
+def virtual(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
+    """The scalar that a user's function returns, which is linear in the test function.
+
+    Args:
+        function: The function.
+        arguments: What it is called with, a test function among them.
+        who: What it is, for errors.
+
+    Raises:
+        SceneError: If it fails, or is not linear.
+    """
+    value = written(function, arguments, who)
+    if not _linear(value):
+        raise SceneError(
+            f"{_place(function)}{who} {show(function)} returns {_said(value)}, which is not linear "
+            "in the virtual field; it must be, as ufl.dot(force, du)"
+        )
+    return value
+
+
 def _linear(value: Expr) -> bool:
     """Decide whether an expression is linear in the test function, or zero."""
     lowered = expand_derivatives(apply_algebra_lowering(value))
@@ -281,6 +301,8 @@ def own_kind(joint: OwnJoint, framed: tuple[int, int]) -> JointKind:
                 f"{who} {show(equations)} returns {show(value)}; it must return a list of scalars "
                 "of UFL"
             )
+        for row in found:
+            _check_numbers(row, equations, who)
         return found
 
     on_bodies, _ = _looked_through(listed, framed, len(joint.values))

@@ -1,6 +1,6 @@
 """The schemes by name. Tests of order, energy, momenta and constraints run over this list."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -8,9 +8,9 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
-from shellmb.scene.schemes import Scheme as Named
+from shellmb.scene.schemes import Scheme as Given
 from shellmb.scene.values.validate import show
-from shellmb.schemes.base import END, Levels, Scheme, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Named, Scheme, Stage, Tangent, Values
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
@@ -35,7 +35,7 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
 BETWEEN = ("moved", "prescribed", "load_weight")
 
 
-def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
+def make_scheme(scheme: str | Given, alpha: float) -> Scheme:
     """The scheme of that name, or the scheme itself where it is given as an object.
 
     Args:
@@ -47,7 +47,7 @@ def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
     return SCHEMES[scheme](alpha)
 
 
-def completed(scheme: Named) -> Scheme:
+def completed(scheme: Given) -> Scheme:
     """A scheme with the defaults of `Scheme` that it does not have.
 
     Args:
@@ -100,12 +100,7 @@ class _Checked(Scheme):
         return found
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Rates at the end of the step, an array for each name."""
         found = super().advance(q, rates, unknown, dt, tangent)

@@ -1,12 +1,11 @@
 """The paper's energy-decaying scheme literally, for comparison: what our change of it gains."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.schemes.base import Levels, Stage, Tangent, Values
+from shellmb.schemes.base import Levels, Named, Stage, Tangent, Values
 from shellmb.schemes.ed import EnergyDecaying
 
 
@@ -37,12 +36,7 @@ class EnergyDecayingAsPrinted(EnergyDecaying):
         return super().expand(replace(levels, tangent=_as_it_is), dt)
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Velocity at the end, eq. (31)."""
         return super().advance(q, rates, unknown, dt, lambda b, mid: b)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from dolfinx import fem
 
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.schemes.base import END, Levels, Rotations, Scheme, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Named, Rotations, Scheme, Stage, Tangent, Values
 from shellmb.schemes.interval import at_state
 
 # a free rotation is too slow by `(1 + 10 alpha^2)/12` of its squared angle in a step (measured:
@@ -106,12 +106,7 @@ class GeneralizedAlpha(Scheme):
         return {END: Stage(at_state(qf), rate=rate, velocity=velocity)}
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Velocity and both accelerations at the end."""
         return dict(zip(self.rates, self.weights.end(q, rates, unknown[END], dt), strict=True))
