@@ -84,10 +84,7 @@ def _returned(
 
 
 def components(
-    function: Callable[..., Any],
-    arguments: Sequence[Any],
-    who: str,
-    parts: Mapping[str, int],
+    function: Callable[..., Any], arguments: Sequence[Any], who: str, parts: Mapping[str, int]
 ) -> list[Expr]:
     """Components of the vectors that a user's function returns as attributes of an object.
 

@@ -21,12 +21,7 @@ from shellmb.forms.steps.general_strains import (
     StrainPath,
 )
 from shellmb.forms.steps.mixed import Interval, MixedStrains
-from shellmb.forms.steps.mixed_nonlinear import (
-    NonlinearMixed,
-    NonlinearPath,
-    projected,
-    tangent,
-)
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, NonlinearPath, projected, tangent
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
 from shellmb.forms.steps.stress_work import general_work, interval_work, stress_work
 from shellmb.model.body import Elastic, SubInterval, Term

@@ -14,10 +14,7 @@ from shellmb.system.assembly.numbering import Numbering
 
 
 def most_entries(
-    comm: MPI.Comm,
-    numbering: Numbering,
-    fields: Sequence[Field],
-    places: Iterable[tuple[int, int]],
+    comm: MPI.Comm, numbering: Numbering, fields: Sequence[Field], places: Iterable[tuple[int, int]]
 ) -> npt.NDArray[np.int32] | None:
     """Bound on the entries of each row: all columns of all cells around its unknown.
 
