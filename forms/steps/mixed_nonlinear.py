@@ -45,14 +45,7 @@ from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import TINY_INCREMENT, discrete_gradient, gradient
 from shellmb.forms.steps.general_strains import POINTS, StrainPath
-from shellmb.forms.steps.mixed import (
-    Densities,
-    Interval,
-    assumed,
-    bending,
-    membrane_shear,
-    split,
-)
+from shellmb.forms.steps.mixed import Densities, Interval, assumed, bending, membrane_shear, split
 from shellmb.forms.steps.path import Step
 from shellmb.forms.steps.stress_work import added
 
@@ -200,12 +193,7 @@ class NonlinearMixed:
         return ROUND_OFF * (ufl.dot(self.scaled(a), a) + ufl.dot(self.scaled(b), b)) + NOTHING
 
     def virtual_work(
-        self,
-        strain: Measure,
-        layout: Layout,
-        span: Interval,
-        dq: Expr,
-        acting: Acting = at_middle,
+        self, strain: Measure, layout: Layout, span: Interval, dq: Expr, acting: Acting = at_middle
     ) -> Densities:
         """Virtual work, stress equation (test `S`) and compatibility (test `N`)."""
         work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.cells

@@ -214,23 +214,24 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
     tested = bool(extract_arguments(dq))
     found = []
     for term in terms:
-        value = written(term, (point,), f"{who}: term")
-        if tested and not _linear(value):
-            raise SceneError(
-                f"{_place(term)}{who}: term {show(term)} returns {_said(value)}, which is not "
-                "linear in the variation; it must be a virtual work, as ufl.dot(force, point.du)"
-            )
+        name = f"{who}: term"
+        value = (
+            virtual(term, (point,), name, "point.du") if tested else written(term, (point,), name)
+        )
         found.append(value)
     return sum(found[1:], found[0])
 
 
-def virtual(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
+def virtual(
+    function: Callable[..., Any], arguments: Sequence[Any], who: str, du: str = "du"
+) -> Expr:
     """The scalar that a user's function returns, which is linear in the test function.
 
     Args:
         function: The function.
         arguments: What it is called with, a test function among them.
         who: What it is, for errors.
+        du: What the test function is called there.
 
     Raises:
         SceneError: If it fails, or is not linear.
@@ -239,7 +240,7 @@ def virtual(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
     if not _linear(value):
         raise SceneError(
             f"{_place(function)}{who} {show(function)} returns {_said(value)}, which is not linear "
-            "in the virtual field; it must be, as ufl.dot(force, du)"
+            f"in the variation; it must be a virtual work, as ufl.dot(force, {du})"
         )
     return value
 

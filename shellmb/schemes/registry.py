@@ -87,37 +87,29 @@ class _Checked(Scheme):
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Stages, one for each name, with velocities and their rates if there are any."""
         found = super().expand(levels, dt)
-        _compare(self.name, "expand", found, self.stages, "stages")
-        for name, stage in found.items():
-            whole = isinstance(stage, Stage) and (
-                not self.dynamic or not (stage.rate is None or stage.velocity is None)
-            )
-            if not whole:
-                raise SceneError(
-                    f"scheme '{self.name}': expand returns {show(stage)} for the stage '{name}'; "
-                    "it must be a Stage, with rate and velocity where there are velocities"
-                )
-        return found
+
+        def full(stage: Any) -> bool:
+            still = not self.dynamic
+            return isinstance(stage, Stage) and (still or None not in (stage.rate, stage.velocity))
+
+        right = "a Stage, with rate and velocity where there are velocities,"
+        return self._whole("expand", found, self.stages, full, right)
 
     def advance(
         self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Rates at the end of the step, an array for each name."""
-        found = super().advance(q, rates, unknown, dt, tangent)
-        _compare(self.name, "advance", found, self.rates, "rates")
-        for name, values in found.items():
-            if np.shape(values) != np.shape(q):
-                raise SceneError(
-                    f"scheme '{self.name}': advance returns an array of shape {np.shape(values)} "
-                    f"for the rate '{name}'; it must be that of q, {np.shape(q)}"
-                )
+        found, shape = super().advance(q, rates, unknown, dt, tangent), np.shape(q)
+        right = f"an array of the shape of q, {shape},"
+        return self._whole("advance", found, self.rates, lambda v: np.shape(v) == shape, right)
+
+    def _whole(
+        self, who: str, found: Any, names: Sequence[str], good: Callable[[Any], bool], right: str
+    ) -> Any:
+        wrong = not isinstance(found, dict) or set(found) != set(names)
+        if wrong or not all(map(good, found.values())):
+            raise SceneError(
+                f"scheme '{self.name}': {who} returns {show(found)}; it must return a dict with "
+                f"{right} for each of {listed(names)}"
+            )
         return found
-
-
-def _compare(scheme: str, function: str, found: Any, names: Sequence[str], what: str) -> None:
-    if not isinstance(found, dict) or set(found) != set(names):
-        returned = listed(found) or "nothing" if isinstance(found, dict) else show(found)
-        raise SceneError(
-            f"scheme '{scheme}': {function} returns {returned}; it must return a dict with its "
-            f"{what}, {listed(names)}"
-        )

@@ -254,15 +254,21 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"stages": "f"}, "stages is 'f'"),
     ({"stages": ("m",)}, "one of them must be 'f'"),
     ({"rates": ()}, "one of them must be 'v'"),
-    ({"rates": ("v", "a", "a")}, "each name once"),
-    ({"conserves": "angular momentum"}, "a set of names"),
-    ({"conserves": {"energi"}}, "it must be 'energy'"),
+    ({"rates": ("v", "q")}, "and none 'q'"),
+    ({"conserves": "angular momentum"}, "conserves is 'angular momentum'"),
+    ({"conserves": {"energi"}}, "conserves"),
     ({"accelerations": ("w",)}, "names of rates"),
-    ({"expand": lambda self, *given: None}, "expand returns None; it must return a dict"),
-    ({"expand": lambda self, *given: {"f": 1.0}}, "expand returns 1.0 for the stage 'f'"),
+    (
+        {"expand": lambda self, *given: None},
+        "expand returns None; it must return a dict",
+    ),
+    ({"expand": lambda self, *given: {"f": 1.0}}, "for each of 'f'"),
     ({"expand": stage(velocity=None)}, "with rate and velocity"),
-    ({"advance": lambda self, *given: {}}, "advance returns nothing; it must return a dict"),
-    ({"advance": lambda self, *given: {"v": 0.0}}, "it must be that of q"),
+    (
+        {"advance": lambda self, *given: {}},
+        "advance returns {}; it must return",
+    ),
+    ({"advance": lambda self, *given: {"v": 0.0}}, "of the shape of q"),
 ]
 
 

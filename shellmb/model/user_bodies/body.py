@@ -179,7 +179,9 @@ class OwnBody(Body, UserBody):
         self.massive, self.has_strains = mass is not None, strain is not None
         self.placed = is_placed(space)
         self._one = fem.Constant(space.mesh, 1.0)
-        self._check_energy()
+        self._nonlinear = callable(energy) and not isinstance(energy, Expr)
+        if energy is not None and not self._nonlinear:
+            self._check_stiffness()
         self._check_densities()
         for what, function in self._functions():
             state = ufl.Coefficient(mixed.space)
@@ -195,24 +197,19 @@ class OwnBody(Body, UserBody):
         found = [("strain", self._measure)] if self._strain is not None else []
         return found + [(f"constraint {k}", law.function) for k, law in enumerate(self._laws)]
 
-    def _check_energy(self) -> None:
+    def _check_stiffness(self) -> None:
         """Refuse a stiffness that is no symmetric matrix of the strains."""
-        if self._energy is None or (callable(self._energy) and not isinstance(self._energy, Expr)):
-            return
-        size = len(self._measure(ufl.Coefficient(self.mixed.space)))
-        if isinstance(self._energy, Expr):
-            fits = self._energy.ufl_shape == (size, size)
-        else:
-            matrix = np.full((size, size), np.nan)
-            with suppress(TypeError, ValueError):
-                matrix = numbers(self._energy)
-            fits = matrix.shape == (size, size) and bool(
-                np.all(np.abs(matrix - matrix.T) <= SAME * np.abs(matrix).max())
-            )
+        size, given = len(self._measure(ufl.Coefficient(self.mixed.space))), self._energy
+        fits = getattr(given, "ufl_shape", ()) == (size, size)
+        # what is no matrix of numbers fails in one of these ways
+        with suppress(TypeError, ValueError, IndexError):
+            matrix = np.zeros(0) if isinstance(given, Expr) else numbers(given)
+            off = np.abs(matrix - matrix.T).max(axis=(0, 1))
+            fits = matrix.shape == (size, size) and bool(off <= SAME * np.abs(matrix).max())
         if not fits:
             raise SceneError(
-                f"own body '{self.name}': energy is {show(self._energy)}; it must be a function, "
-                f"or a symmetric matrix of {size} by {size} finite numbers, of {size} strains"
+                f"own body '{self.name}': energy is {show(given)}; it must be a function, or a "
+                f"symmetric matrix of {size} by {size} finite numbers, of {size} strains"
             )
 
     def _check_densities(self) -> None:
@@ -254,7 +251,7 @@ class OwnBody(Body, UserBody):
         if self._strain is None or self._energy is None:
             return ()
         strain = measure(self._measure)
-        if callable(self._energy):
+        if self._nonlinear:
             terms = self._measure, self._potential, self._one, self.dx, strain
             return (PotentialStrains(*terms),)
         section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx
