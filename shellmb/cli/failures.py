@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import time
+import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -113,7 +114,9 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
             except BaseException as error:
                 sentence, code = _sentence(error)
                 if not sentence:
-                    _abort_others()
+                    if several_ranks():
+                        # a bug on one rank would let the others wait for ever
+                        _end_alone(traceback.format_exc(), 1)
                     raise
                 failure = error
                 if _may_be_alone(error) or not met():
@@ -256,13 +259,3 @@ def _end_together(code: int) -> None:
     MPI.COMM_WORLD.Barrier()
     MPI.Finalize()
     os._exit(code)
-
-
-def _abort_others() -> None:
-    """A bug on one rank would let the others wait for ever."""
-    if several_ranks():
-        import traceback
-
-        traceback.print_exc()
-        sys.stderr.flush()
-        sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(1)

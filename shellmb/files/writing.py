@@ -10,7 +10,7 @@ import os
 import stat
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -77,9 +77,7 @@ def rewrite_text(file: Path, text: str) -> None:
 
 
 def _exchange(draft: Path, file: Path) -> None:
-    plain = False
-    with suppress(FileNotFoundError):
-        plain = is_plain(file)
+    plain = file.is_file() and not file.is_symlink()
     names = HERE, os.fsencode(draft), HERE, os.fsencode(file)
     if _CHANGE is None or not plain or _CHANGE(*names, EXCHANGE) != 0:
         draft.replace(file)

@@ -43,7 +43,7 @@ def poles(
     from mpi4py import MPI
     from petsc4py import PETSc
 
-    from shellmb.running.rotating import quadratic
+    from shellmb.running.rotating.quadratic import NEUTRAL, motions
     from shellmb.system.direct.symmetry import is_symmetric
 
     def petsc(A: sp.csr_array) -> PETSc.Mat:
@@ -51,16 +51,12 @@ def poles(
         return PETSc.Mat().createAIJ(A.shape, csr=csr, comm=MPI.COMM_SELF)
 
     k, c, m = map(petsc, (K, C, M))
-    if branches:
-        springs = {time: petsc(A) for time, A in branches.items()}
-        found = quadratic.Relaxing(k, c, m, springs).solve(count, shift)
-        zero, above = quadratic.parted(found, m, shift)
-        values = [pair.value for pair in above]
-    else:
-        found = quadratic.solve_quadratic(k, c, m, count, shift)
-        zero, above = quadratic.parted(quadratic.told_from_zero(found, k, c, m, shift), m, shift)
+    springs = {time: petsc(A) for time, A in branches.items()}
+    zero, above = motions((k, c, m), springs, count, shift)
+    values = [pair.value for pair in above]
+    if not branches:
         # the left vectors are the right ones, but vectors of what may be zero are less exact
-        exact = quadratic.NEUTRAL * shift if is_symmetric(k) and is_symmetric(c) else np.inf
+        exact = NEUTRAL * shift if is_symmetric(k) and is_symmetric(c) else np.inf
         values = [_refined(pair, (M, C, K), abs(pair.value) > exact) for pair in above[:count]]
     return np.array([*[0.0] * len(zero), *values], dtype=np.complex128)[:count]
 

@@ -214,8 +214,8 @@ class OwnBody(Body, UserBody):
 
     def _check_densities(self) -> None:
         """Refuse a mass that is not symmetric, bilinear and positive, and no virtual work."""
-        v, w = fem.Function(self.space), fem.Function(self.space)
-        test, time = ufl.TestFunction(self.space), fem.Constant(self.space.mesh, 0.0)
+        v, w, mesh = fem.Function(self.space), fem.Function(self.space), self.space.mesh
+        test, time = ufl.TestFunction(self.space), fem.Constant(mesh, 0.0)
         who = f"body '{self.name}'"
         if self._force is not None:
             virtual(self._force, (v, v, test, time), f"{who}: force")
@@ -223,7 +223,6 @@ class OwnBody(Body, UserBody):
             return
         virtual(self._mass, (v, test), f"{who}: mass")
         pairs = [self._scalar("mass", self._mass, *each) for each in ((v, w), (w, v), (v, v))]
-        mesh = self.space.mesh
         middle = basix.geometry(mesh.basix_cell()).mean(axis=0, keepdims=True)
         values = values_in_cells(ufl.as_vector(pairs), middle, mesh)
         for function, seed in ((v, 1), (w, 2)):

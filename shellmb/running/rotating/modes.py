@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -15,17 +14,7 @@ from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import Shape, nodal_shape, parts_of, scaled
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation
-from shellmb.running.rotating.quadratic import (
-    NEUTRAL,
-    STILL,
-    Pair,
-    Relaxing,
-    parted,
-    product,
-    solve_quadratic,
-    told_from_zero,
-    turned,
-)
+from shellmb.running.rotating.quadratic import NEUTRAL, STILL, Pair, motions, product, turned
 from shellmb.running.rotating.rigid import FreeMotions
 
 # real parts above this part of the shift and of the eigenvalue are no round-off
@@ -150,11 +139,7 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     free = FreeMotions(rotating, (K, C, M))
     branches, wanted = rotating.branches(), count + spare
     neutral, grows = (STILL, STILL) if branches else (NEUTRAL, UNSTABLE)
-    pairs_of = Relaxing(K, C, M, branches).solve if branches else partial(solve_quadratic, K, C, M)
-    found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
-    if not branches:
-        found = told_from_zero(found, K, C, M, rotating.shift)
-    zero, above = parted(found, M, rotating.shift)
+    zero, above = motions((K, C, M), branches, wanted, rotating.shift, free.exact)
     rigid, kept = len(zero), [*zero, *above][: count + spare]
     if len(kept) < count:
         raise TooFewModesError(count=count, there=len(kept))
