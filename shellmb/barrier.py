@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 import time
-import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
-
-from shellmb.errors import ShellmbError
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -64,31 +58,7 @@ def met(comm: MPI.Comm) -> bool:
     if others:
         return False
     # nothing may be on its way when MPI ends
-    for rank in every:
+    for rank, request in zip(every, sent, strict=True):
         comm.recv(source=rank, tag=FAILED)
-    for request in sent:
         request.wait()
     return True
-
-
-@contextmanager
-def failing_together(comm: MPI.Comm) -> Iterator[None]:
-    """Context in which an error that one rank has alone ends all: the others would wait for ever.
-
-    Our own errors are those of all ranks, if they do not say that they may be of one, and others
-    may be.
-
-    Args:
-        comm: The ranks.
-    """
-    try:
-        yield
-    except Exception as error:
-        shared = isinstance(error, ShellmbError) and not getattr(error, "alone", False)
-        if comm.size > 1 and not shared and not met(comm):
-            if not isinstance(error, ShellmbError | OSError):
-                traceback.print_exc()
-            said = f"error: rank {comm.rank} fails alone, and all ranks end with it: {error}"
-            print(said, file=sys.stderr, flush=True)
-            comm.Abort(1)
-        raise

@@ -77,9 +77,8 @@ def rewrite_text(file: Path, text: str) -> None:
 
 
 def _exchange(draft: Path, file: Path) -> None:
-    plain = file.is_file() and not file.is_symlink()
     names = HERE, os.fsencode(draft), HERE, os.fsencode(file)
-    if _CHANGE is None or not plain or _CHANGE(*names, EXCHANGE) != 0:
+    if _CHANGE is None or not file.is_file() or file.is_symlink() or _CHANGE(*names, EXCHANGE):
         draft.replace(file)
     else:
         draft.unlink()

@@ -18,7 +18,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.barrier import arrive, failing_together
+from shellmb.barrier import arrive
 from shellmb.diagnostics.base import RunWarning, collect_warnings, setup_warnings
 from shellmb.errors import (
     ControlError,
@@ -49,7 +49,7 @@ from shellmb.scene.checks import ignored_settings
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import PAST, Observer, Simulation
-from shellmb.stopping import STOPPING
+from shellmb.stopping import STOPPING, failing_together
 
 if TYPE_CHECKING:
     import pandas as pd

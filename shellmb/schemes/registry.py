@@ -82,15 +82,16 @@ def completed(scheme: Given) -> Scheme:
 
 
 class _Checked(Scheme):
-    """What a user's scheme returns, with a sentence where it is something else."""
+    """A user's scheme that refuses what its own functions return where it is something else."""
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Stages, one for each name, with velocities and their rates if there are any."""
         found = super().expand(levels, dt)
 
+        needed = ("span", "rate", "velocity") if self.dynamic else ("span",)
+
         def full(stage: Any) -> bool:
-            still = not self.dynamic
-            return isinstance(stage, Stage) and (still or None not in (stage.rate, stage.velocity))
+            return None not in [getattr(stage, name, None) for name in needed]
 
         right = "a Stage, with rate and velocity where there are velocities,"
         return self._whole("expand", found, self.stages, full, right)

@@ -9,7 +9,6 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.arrays import Ints
-from shellmb.barrier import failing_together
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
@@ -36,6 +35,7 @@ from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
 from shellmb.simulate.stepsize.control import ErrorSize, LoadSize, StepSize
 from shellmb.simulate.stepsize.target_times import Count, Landing, near
+from shellmb.stopping import failing_together
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"

@@ -6,18 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError
 
 if TYPE_CHECKING:
     from shellmb.running.rotating.quadratic import Pair
-
-type Complex = npt.NDArray[np.complex128]
 
 
 def poles(

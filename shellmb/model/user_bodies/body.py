@@ -67,7 +67,7 @@ class Hold:
 
 @described("own body")
 class _Parts:
-    """What an own body is made of, checked; as of `OwnBody`."""
+    """Parts of an own body, checked; as of `OwnBody`."""
 
     name: Name
     space: Any
@@ -228,9 +228,8 @@ class OwnBody(Body, UserBody):
         for function, seed in ((v, 1), (w, 2)):
             function.x.array[:] = np.random.default_rng(seed).normal(size=len(function.x.array))
         there, back, energy = values().reshape(-1, 3).T
-        wrong = np.abs(there - back).max(initial=0.0), -energy.min(initial=0.0)
-        size = np.abs(energy).max(initial=0.0)
-        if mesh.comm.allreduce(not max(wrong) <= SAME * size):
+        wrong = max(np.abs(there - back).max(initial=0.0), -energy.min(initial=0.0))
+        if mesh.comm.allreduce(not wrong <= SAME * np.abs(energy).max(initial=0.0)):
             raise SceneError(
                 f"own body '{self.name}': mass {show(self._mass)} is not symmetric in its two "
                 "fields, or negative; it must be as rho * ufl.dot(v, w)"

@@ -179,8 +179,7 @@ class GridFiles:
                 self._entries.append(json.dumps({"name": self.name(k), "time": times[k]}))
         self._listed = len(times)
         if self._entries:
-            entries = ", ".join(self._entries)
-            text = f'{{"file-series-version": "1.0", "files": [{entries}]}}\n'
+            text = f'{{"file-series-version": "1.0", "files": [{", ".join(self._entries)}]}}\n'
             rewrite_text(self._folder / f"{self._stem}.vtu.series", text)
 
     def checksums(self, count: int) -> dict[str, str]:

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.stiffened_modes import stiffened_modes
 from shellmb.errors import TooFewModesError, petsc_in_words
@@ -52,7 +51,7 @@ class RotatingModes:
     """
 
     rate: float
-    values: npt.NDArray[np.complex128]
+    values: Complex
     whirl: Floats
     shapes: list[tuple[Shape, Shape]]
     model: Model
