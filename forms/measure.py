@@ -120,10 +120,7 @@ def measure(function: Callable[[Expr], Expr]) -> Measure:
         return sum(found[1:], found[0])
 
     return Measure(
-        function,
-        lambda q, dq: variation(function, q, dq),
-        slope,
-        lambda q: at_rest(function, q),
+        function, lambda q, dq: variation(function, q, dq), slope, lambda q: at_rest(function, q)
     )
 
 

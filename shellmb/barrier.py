@@ -10,6 +10,10 @@ if TYPE_CHECKING:
 
 # between two looks, s: nothing beside what is worth waiting for in this way
 PAUSE = 1e-3
+# how long a rank that fails waits for the others to fail, too [s]
+MEETING = 8.0
+# tag of the message that a rank ends
+FAILED = 3011
 
 
 def arrive(comm: MPI.Comm) -> None:
@@ -35,3 +39,26 @@ def first_found[T](comm: MPI.Comm, found: T | None) -> T | None:
         found: Of this rank; None: nothing.
     """
     return next((each for each in comm.allgather(found) if each is not None), None)
+
+
+def met(comm: MPI.Comm) -> bool:
+    """Decide whether all ranks have come here, where one ends with an error.
+
+    By messages: the others may be in any collective call, which must not be taken for this one.
+
+    Args:
+        comm: The ranks.
+    """
+    begin = time.monotonic()
+    every = [rank for rank in range(comm.size) if rank != comm.rank]
+    sent, others = [comm.isend(None, dest=rank, tag=FAILED) for rank in every], every
+    while others and time.monotonic() - begin < MEETING:
+        others = [rank for rank in others if not comm.iprobe(source=rank, tag=FAILED)]
+        time.sleep(10 * PAUSE)
+    if others:
+        return False
+    # nothing may be on its way when MPI ends
+    for rank, request in zip(every, sent, strict=True):
+        comm.recv(source=rank, tag=FAILED)
+        request.wait()
+    return True

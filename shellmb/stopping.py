@@ -4,12 +4,14 @@ import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
-from shellmb.errors import Stopped
+from shellmb.barrier import met
+from shellmb.errors import ShellmbError, Stopped
 from shellmb.guarding import SIGNALS
 
 _PIPE = getattr(signal, "SIGPIPE", None)
@@ -96,6 +98,29 @@ class Stopping:
             os._exit(EXIT + number)
         else:
             raise Stopped(number)
+
+
+@contextmanager
+def failing_together(comm: Any) -> Iterator[None]:
+    """Context in which an error that one rank has alone ends all: the others would wait for ever.
+
+    Our own errors are those of all ranks, if they do not say that they may be of one, and others
+    may be.
+
+    Args:
+        comm: The ranks.
+    """
+    try:
+        yield
+    except Exception as error:
+        shared = isinstance(error, ShellmbError) and not getattr(error, "alone", False)
+        if comm.size > 1 and not shared and not met(comm):
+            if not isinstance(error, ShellmbError | OSError):
+                traceback.print_exc()
+            said = f"error: rank {comm.rank} fails alone, and all ranks end with it: {error}"
+            print(said, file=sys.stderr, flush=True)
+            comm.Abort(1)
+        raise
 
 
 # signals are of the process, and so is this

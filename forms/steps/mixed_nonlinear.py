@@ -44,14 +44,7 @@ from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import TINY_INCREMENT, discrete_gradient, gradient
-from shellmb.forms.steps.mixed import (
-    Densities,
-    Interval,
-    assumed,
-    bending,
-    membrane_shear,
-    split,
-)
+from shellmb.forms.steps.mixed import Densities, Interval, assumed, bending, membrane_shear, split
 from shellmb.forms.steps.path import Step
 from shellmb.forms.steps.stress_work import POINTS, StrainPath, added
 
@@ -199,12 +192,7 @@ class NonlinearMixed:
         return ROUND_OFF * (ufl.dot(self.scaled(a), a) + ufl.dot(self.scaled(b), b)) + NOTHING
 
     def virtual_work(
-        self,
-        strain: Measure,
-        layout: Layout,
-        span: Interval,
-        dq: Expr,
-        acting: Acting = at_middle,
+        self, strain: Measure, layout: Layout, span: Interval, dq: Expr, acting: Acting = at_middle
     ) -> Densities:
         """Virtual work, stress equation (test `S`) and compatibility (test `N`)."""
         work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.cells

@@ -183,13 +183,7 @@ def keep(run: RunResult, seconds: float = 0.0, cpu: float = 0.0) -> RunRecord:
     events = {k: len(e["times"]) for k, e in run.summary.get("events", {}).items()}
     means = frozenset(means_of(run))
     return RunRecord(
-        plain_results(run.summary),
-        run.history,
-        events,
-        means,
-        seconds,
-        run.simulation.step,
-        cpu,
+        plain_results(run.summary), run.history, events, means, seconds, run.simulation.step, cpu
     )
 
 

@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import time
+import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -13,6 +14,7 @@ from typing import Any, cast
 
 import typer
 
+from shellmb import barrier
 from shellmb.cli.options import Command
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
 from shellmb.guarding import Stream, Unprinted
@@ -21,10 +23,6 @@ from shellmb.stopping import EXIT, STOPPING, several_ranks
 
 # how long a rank that fails waits for the first one to say so [s]
 PATIENCE = 2.0
-# how long it waits for the others to fail, too [s]
-MEETING = 8.0
-# tag of the message that a rank ends
-FAILED = 3011
 RANK_VARIABLES = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK")
 SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
 
@@ -116,7 +114,9 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
             except BaseException as error:
                 sentence, code = _sentence(error)
                 if not sentence:
-                    _abort_others()
+                    if several_ranks():
+                        # a bug on one rank would let the others wait for ever
+                        _end_alone(traceback.format_exc(), 1)
                     raise
                 failure = error
                 if _may_be_alone(error) or not met():
@@ -208,21 +208,7 @@ def met() -> bool:
         return True
     from mpi4py import MPI
 
-    # by messages: the others may be in any collective call, which must not be taken for this one
-    world, begin = MPI.COMM_WORLD, time.monotonic()
-    others = [rank for rank in range(world.size) if rank != world.rank]
-    sent = [world.isend(None, dest=rank, tag=FAILED) for rank in others]
-    while others and time.monotonic() - begin < MEETING:
-        others = [rank for rank in others if not world.iprobe(source=rank, tag=FAILED)]
-        time.sleep(0.01)
-    if others:
-        return False
-    # nothing may be on its way when MPI ends
-    for rank in range(world.size):
-        if rank != world.rank:
-            world.recv(source=rank, tag=FAILED)
-    MPI.Request.waitall(sent)
-    return True
+    return barrier.met(MPI.COMM_WORLD)
 
 
 class App(typer.Typer):
@@ -273,13 +259,3 @@ def _end_together(code: int) -> None:
     MPI.COMM_WORLD.Barrier()
     MPI.Finalize()
     os._exit(code)
-
-
-def _abort_others() -> None:
-    """A bug on one rank would let the others wait for ever."""
-    if several_ranks():
-        import traceback
-
-        traceback.print_exc()
-        sys.stderr.flush()
-        sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(1)

@@ -5,13 +5,14 @@ file of the user's. So a file is written under a name of its own and takes its p
 stood there, a file or a link, is replaced, and what a link points to is left alone.
 """
 
+import ctypes
 import hashlib
 import json
 import math
 import os
 import stat
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -22,23 +23,27 @@ import numpy as np
 from shellmb.errors import RunError
 
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+# of the C library of Linux: files by their names, which change places
+_CHANGE = getattr(ctypes.CDLL(None), "renameat2", None)
+HERE, EXCHANGE = -100, 2
 
 # name, in a JSON file, of the checksum of all the rest
 CHECKSUM = "sha256"
 
 
 @contextmanager
-def drafted(file: Path) -> Iterator[Path]:
+def drafted(file: Path, place: Callable[[Path, Path], object] = os.replace) -> Iterator[Path]:
     """A new empty file beside another one, whose place it takes at the end, unless that fails.
 
     Args:
         file: The file.
+        place: Puts the new file in the place of the other one.
     """
     draft = file.with_name(f".{uuid.uuid4().hex[:12]}{file.suffix}")
     os.close(os.open(draft, NEW, 0o666))
     try:
         yield draft
-        draft.replace(file)
+        place(draft, file)
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
@@ -63,6 +68,29 @@ def write_text(file: Path, text: str) -> None:
         text: Its content.
     """
     write_bytes(file, text.encode())
+
+
+def rewrite_text(file: Path, text: str) -> None:
+    """Write a file that is written again and again, and is whole at any time.
+
+    A rename onto a file waits for the disk (ext4: 3 ms), so that a power failure leaves one of
+    both; files that change places do not. So it is for what can be made anew.
+
+    Args:
+        file: The file.
+        text: Its content.
+    """
+    # what is cut to nothing and written waits for the disk, too
+    with drafted(file, _exchange) as draft, draft.open("r+b") as new:
+        new.write(text.encode())
+
+
+def _exchange(draft: Path, file: Path) -> None:
+    names = HERE, os.fsencode(draft), HERE, os.fsencode(file)
+    if _CHANGE is None or not file.is_file() or file.is_symlink() or _CHANGE(*names, EXCHANGE):
+        draft.replace(file)
+    else:
+        draft.unlink()
 
 
 def open_new(file: Path) -> BinaryIO:

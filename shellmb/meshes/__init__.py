@@ -17,6 +17,4 @@ except ModuleNotFoundError as missing:
         "conda-forge, or `python3-dolfinx` of the distribution"
     ) from missing
 if not dolfinx.__version__.startswith(DOLFINX):
-    warn(
-        f"DOLFINx is {dolfinx.__version__}; shellmb is written for {DOLFINX}",
-    )
+    warn(f"DOLFINx is {dolfinx.__version__}; shellmb is written for {DOLFINX}")

@@ -84,10 +84,7 @@ def _returned(
 
 
 def components(
-    function: Callable[..., Any],
-    arguments: Sequence[Any],
-    who: str,
-    parts: Mapping[str, int],
+    function: Callable[..., Any], arguments: Sequence[Any], who: str, parts: Mapping[str, int]
 ) -> list[Expr]:
     """Components of the vectors that a user's function returns as attributes of an object.
 
@@ -217,14 +214,35 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
     tested = bool(extract_arguments(dq))
     found = []
     for term in terms:
-        value = written(term, (point,), f"{who}: term")
-        if tested and not _linear(value):
-            raise SceneError(
-                f"{_place(term)}{who}: term {show(term)} returns {_said(value)}, which is not "
-                "linear in the variation; it must be a virtual work, as ufl.dot(force, point.du)"
-            )
+        name = f"{who}: term"
+        value = (
+            virtual(term, (point,), name, "point.du") if tested else written(term, (point,), name)
+        )
         found.append(value)
     return sum(found[1:], found[0])
+
+
+def virtual(
+    function: Callable[..., Any], arguments: Sequence[Any], who: str, du: str = "du"
+) -> Expr:
+    """The scalar that a user's function returns, which is linear in the test function.
+
+    Args:
+        function: The function.
+        arguments: What it is called with, a test function among them.
+        who: What it is, for errors.
+        du: What the test function is called there.
+
+    Raises:
+        SceneError: If it fails, or is not linear.
+    """
+    value = written(function, arguments, who)
+    if not _linear(value):
+        raise SceneError(
+            f"{_place(function)}{who} {show(function)} returns {_said(value)}, which is not linear "
+            f"in the variation; it must be a virtual work, as ufl.dot(force, {du})"
+        )
+    return value
 
 
 def _linear(value: Expr) -> bool:
@@ -281,6 +299,8 @@ def own_kind(joint: OwnJoint, framed: tuple[int, int]) -> JointKind:
                 f"{who} {show(equations)} returns {show(value)}; it must return a list of scalars "
                 "of UFL"
             )
+        for row in found:
+            _check_numbers(row, equations, who)
         return found
 
     on_bodies, _ = _looked_through(listed, framed, len(joint.values))

@@ -35,7 +35,21 @@ def numbers(name: str) -> Callable[[str], list[float]]:
 
 
 @dataclass(frozen=True)
-class ModesOptions:
+class AxisOptions:
+    """The axis of a rotation."""
+
+    axis: Sequence[float] | None = option(
+        "Direction of the axis of rotation; default: that about which the scene turns.",
+        metavar="X,Y,Z",
+        parse=numbers("--axis"),
+    )
+    about: Sequence[float] | None = option(
+        "A point of the axis of rotation [m].", metavar="X,Y,Z", parse=numbers("--about")
+    )
+
+
+@dataclass(frozen=True)
+class ModesOptions(AxisOptions):
     """Choices of what modes are about; without any of them that is rest, without damping."""
 
     loaded: bool = option(
@@ -49,14 +63,6 @@ class ModesOptions:
         flag="--rate",
         metavar="RATES",
         parse=numbers("--rate"),
-    )
-    axis: Sequence[float] | None = option(
-        "Direction of the axis of rotation; default: that about which the scene turns.",
-        metavar="X,Y,Z",
-        parse=numbers("--axis"),
-    )
-    about: Sequence[float] | None = option(
-        "A point of the axis of rotation.", metavar="X,Y,Z", parse=numbers("--about")
     )
     state: Path | str | None = option(  # noqa: RUF009 - a field, as the others
         "Linearise about the last state of this run of the scene, frozen in time, in a frame that "
@@ -162,7 +168,7 @@ def moment(text: str) -> str | float:
 
 
 @dataclass(frozen=True)
-class LinearOptions:
+class LinearOptions(AxisOptions):
     """Choices of what a scene is linearised about; without any of them that is rest."""
 
     at: Literal["rest", "equilibrium"] | float | None = option(
@@ -179,14 +185,6 @@ class LinearOptions:
         "Rate of a steady rotation [rad/s]; with a state of a run that of its frame, in whose axes "
         "inputs and outputs are.",
         metavar="RATE",
-    )
-    axis: Sequence[float] | None = option(
-        "Direction of the axis of rotation; default: that about which the scene turns.",
-        metavar="X,Y,Z",
-        parse=numbers("--axis"),
-    )
-    about: Sequence[float] | None = option(
-        "A point of the axis of rotation [m].", metavar="X,Y,Z", parse=numbers("--about")
     )
 
     def check(self, what: str) -> None:

@@ -48,7 +48,7 @@ from shellmb.scene.checks import ignored_settings
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import PAST, Observer, Simulation
-from shellmb.stopping import STOPPING
+from shellmb.stopping import STOPPING, failing_together
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -147,7 +147,7 @@ def execute(
     """
     directory = None if out is None else Path(out)
     claim = nullcontext() if directory is None or not new else claimed(directory, comm, new=True)
-    with claim:
+    with claim, failing_together(comm):
         begin = clock.perf_counter()
         # a signal that comes to one of several ranks is taken up by all of them, behind a step
         check_memory(scene, comm)

@@ -1,6 +1,14 @@
 """Schemes by their names: what a scene may have with each of them."""
 
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, NamedTuple, Protocol
+
+from pydantic import Field
+
+from shellmb.scene.types import Name
+from shellmb.scene.values.validate import Sentences, described
+
+type Law = Literal["energy", "momentum", "angular momentum"]
 
 
 class Scheme(Protocol):
@@ -8,6 +16,30 @@ class Scheme(Protocol):
 
     @property
     def name(self) -> str: ...  # noqa: D102
+
+
+@described("scheme")
+class OwnScheme:
+    """Members that each scheme object must have (`shellmb.schemes.base.Scheme`), to be checked."""
+
+    name: Name
+    title: str
+    order: Annotated[int, Field(ge=0)]
+    dynamic: bool
+    stages: tuple[Name, ...]
+    rates: tuple[Name, ...]
+    conserves: frozenset[Law] | set[Law] | tuple[Law, ...]
+    expand: Callable[..., Any]
+    advance: Callable[..., Any]
+    accelerations: tuple[Name, ...] = ()
+
+    def _wrong(self) -> Sentences:
+        if "f" not in self.stages:
+            yield "stages", "one of them must be 'f', the state at the end of the step"
+        if (self.dynamic and "v" not in self.rates) or "q" in self.rates:
+            yield "rates", "one of them must be 'v', the velocities, and none 'q'"
+        if not set(self.accelerations) <= set(self.rates) - {"v"}:
+            yield "accelerations", "it must be names of rates other than 'v'"
 
 
 class Traits(NamedTuple):

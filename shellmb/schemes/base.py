@@ -27,6 +27,8 @@ from shellmb.schemes.pieces import Pieces
 Values = npt.NDArray[np.float64]
 Motion = Callable[[float], Values]
 Tangent = Callable[[Values, Values], Values]
+# arrays by the names of rates or stages
+type Named = Mapping[str, Values]
 
 # name of the unknown state at the end of a step, in all schemes
 END = "f"
@@ -302,12 +304,7 @@ class Scheme:
         return motion(t + dt)
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Rates at the end of the step; `tangent` is that of `Levels` for arrays."""
         raise NotImplementedError

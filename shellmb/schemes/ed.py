@@ -28,6 +28,7 @@ from shellmb.schemes.base import (
     Levels,
     LocalError,
     Motion,
+    Named,
     Rotations,
     Scheme,
     Stage,
@@ -156,12 +157,7 @@ class EnergyDecaying(Scheme):
         return start - dt * moved_to_j(a, b, 0, self.alpha) / moved_to_j(0, 0, 1, self.alpha)
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Velocity at the end, `v + a` with `a` of eq. (31)."""
         v = rates["v"]

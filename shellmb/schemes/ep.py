@@ -8,12 +8,11 @@ The step is one sub-interval (`interval`) from `q_i` to `q_f`. With `D = q_f - q
     g(q_f) = 0                                                                               (19)
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import END, Levels, Scheme, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Named, Scheme, Stage, Tangent, Values
 from shellmb.schemes.interval import interval
 from shellmb.schemes.pieces import START, Pieces, intervals
 
@@ -46,12 +45,7 @@ class EnergyPreserving(Scheme):
         return None if self.linear else intervals((START, END), (False,))
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Velocity at the end, eq. (23)."""
         return {"v": 2 * (unknown["f"] - q) / dt - rates["v"]}

@@ -19,6 +19,7 @@ from shellmb.schemes.base import (
     Levels,
     LocalError,
     Motion,
+    Named,
     Rotations,
     Scheme,
     Stage,
@@ -185,12 +186,7 @@ class QuadraticInTime(Scheme):
         return dt * end_velocity(motion, t, dt)
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Any,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Any
     ) -> dict[str, Values]:
         """Velocity at the end."""
         return {"v": unknown[RATE] / dt}

@@ -1,12 +1,16 @@
 """The schemes by name. Tests of order, energy, momenta and constraints run over this list."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, cast
+
+import numpy as np
+from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
-from shellmb.scene.schemes import Scheme as Named
-from shellmb.schemes.base import END, Scheme
+from shellmb.scene.schemes import Scheme as Given
+from shellmb.scene.values.validate import show
+from shellmb.schemes.base import END, Levels, Named, Scheme, Stage, Tangent, Values
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
@@ -30,7 +34,7 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
 BETWEEN = ("moved", "prescribed", "load_weight")
 
 
-def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
+def make_scheme(scheme: str | Given, alpha: float) -> Scheme:
     """The scheme of that name, or the scheme itself where it is given as an object.
 
     Args:
@@ -42,7 +46,7 @@ def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
     return SCHEMES[scheme](alpha)
 
 
-def completed(scheme: Named) -> Scheme:
+def completed(scheme: Given) -> Scheme:
     """A scheme with the defaults of `Scheme` that it does not have.
 
     Args:
@@ -51,14 +55,22 @@ def completed(scheme: Named) -> Scheme:
     Raises:
         SceneError: If it has states in between and not what they need.
     """
-    kind, whole = type(scheme), cast(Any, scheme)
+    kind: Any = type(scheme)
+    bundled = {name: type(make(1.0)) for name, make in SCHEMES.items()}
+    if kind in bundled.values():
+        return cast(Scheme, scheme)
+    if not issubclass(kind, bundled.get(scheme.name, kind)):
+        raise SceneError(
+            f"scheme '{scheme.name}': a bundled scheme has this name; it must have another one"
+        )
     if not issubclass(kind, Scheme):
-        whole = object.__new__(type(kind.__name__, (kind, Scheme), {}))
-        # of classes with slots, too: these stand beside what is in no slot
-        held: Any = object.__getstate__(scheme)
-        for values in held if isinstance(held, tuple) else (held,):
-            for name, value in (values or {}).items():
-                object.__setattr__(whole, name, value)
+        kind = type(kind.__name__, (kind, Scheme), {})
+    whole: Any = object.__new__(type(kind.__name__, (_Checked, kind), {}))
+    # of classes with slots, too: these stand beside what is in no slot
+    held: Any = object.__getstate__(scheme)
+    for values in held if isinstance(held, tuple) else (held,):
+        for name, value in (values or {}).items():
+            object.__setattr__(whole, name, value)
     missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]
     if missing and (*whole.stages,) != (END,):
         raise SceneError(
@@ -66,3 +78,38 @@ def completed(scheme: Named) -> Scheme:
             f"define {listed(missing)}, whose defaults know '{END}' alone (as `schemes/ed.py` does)"
         )
     return cast(Scheme, whole)
+
+
+class _Checked(Scheme):
+    """A user's scheme that refuses what its own functions return where it is something else."""
+
+    def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
+        """Stages, one for each name, with velocities and their rates if there are any."""
+        found = super().expand(levels, dt)
+
+        needed = ("span", "rate", "velocity") if self.dynamic else ("span",)
+
+        def full(stage: Any) -> bool:
+            return None not in [getattr(stage, name, None) for name in needed]
+
+        right = "a Stage, with rate and velocity where there are velocities,"
+        return self._whole("expand", found, self.stages, full, right)
+
+    def advance(
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
+    ) -> dict[str, Values]:
+        """Rates at the end of the step, an array for each name."""
+        found, shape = super().advance(q, rates, unknown, dt, tangent), np.shape(q)
+        right = f"an array of the shape of q, {shape},"
+        return self._whole("advance", found, self.rates, lambda v: np.shape(v) == shape, right)
+
+    def _whole(
+        self, who: str, found: Any, names: Sequence[str], good: Callable[[Any], bool], right: str
+    ) -> Any:
+        wrong = not isinstance(found, dict) or set(found) != set(names)
+        if wrong or not all(map(good, found.values())):
+            raise SceneError(
+                f"scheme '{self.name}': {who} returns {show(found)}; it must return a dict with "
+                f"{right} for each of {listed(names)}"
+            )
+        return found

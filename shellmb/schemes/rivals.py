@@ -8,7 +8,7 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.schemes.base import END, Levels, Rotations, Scheme, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Named, Rotations, Scheme, Stage, Tangent, Values
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.interval import at_state
 
@@ -108,12 +108,7 @@ class GeneralizedAlpha(Scheme):
         return {END: Stage(at_state(qf), rate=rate, velocity=velocity)}
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Velocity and both accelerations at the end."""
         return dict(zip(self.rates, self.weights.end(q, rates, unknown[END], dt), strict=True))
@@ -146,12 +141,7 @@ class EnergyDecayingAsPrinted(EnergyDecaying):
         return super().expand(replace(levels, tangent=_as_it_is), dt)
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Velocity at the end, eq. (31)."""
         return super().advance(q, rates, unknown, dt, lambda b, mid: b)

@@ -1,11 +1,10 @@
 """Statics: forces in equilibrium at one state."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import END, Levels, Scheme, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Named, Scheme, Stage, Tangent, Values
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.pieces import Pieces, single
 
@@ -33,12 +32,7 @@ class Static(Scheme):
         return None if self.linear else single(END)
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """There are no rates."""
         return {}

@@ -89,11 +89,7 @@ def budget_of(wall: float) -> float:
 
 
 def _draw(
-    directory: Path,
-    out: Path,
-    budget: float | None,
-    curves: str,
-    appearance: Appearance | None,
+    directory: Path, out: Path, budget: float | None, curves: str, appearance: Appearance | None
 ) -> list[Path]:
     begin = clock.perf_counter()
     described = read_described(directory)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Complex, Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import NONE
@@ -142,7 +141,7 @@ class Lowest:
         energies: Halves of the quadratic forms of the stiffness, of the size of each vector.
     """
 
-    values: npt.NDArray[np.complex128]
+    values: Complex
     vectors: list[PETSc.Vec]
     rigid: int
     unstable: int | None
@@ -199,12 +198,8 @@ def lowest(
 
 
 def _with_far_ones(
-    K: PETSc.Mat,
-    M: PETSc.Mat,
-    values: npt.NDArray[np.complex128],
-    vectors: list[PETSc.Vec],
-    shift: float,
-) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
+    K: PETSc.Mat, M: PETSc.Mat, values: Complex, vectors: list[PETSc.Vec], shift: float
+) -> tuple[Complex, list[PETSc.Vec]]:
     """Add pairs that diverge far beyond the shift, next to lower and lower ones.
 
     What diverges is nearer to a shift that is twice as low than all that swings.

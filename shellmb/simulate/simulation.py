@@ -34,6 +34,7 @@ from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
 from shellmb.simulate.stepsize import ErrorSize, LoadSize, StepSize
 from shellmb.simulate.target_times import Count, Landing, near
+from shellmb.stopping import failing_together
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"
@@ -209,9 +210,11 @@ class Simulation(Restartable):
         begin = now()
         before = self.step_seconds
         try:
-            while not self.over and not self.finished:
-                self.advance(observers)
-                self.step_seconds = before + now() - begin
+            # before observers finish, which have to be the same on all ranks
+            with failing_together(self.model.comm):
+                while not self.over and not self.finished:
+                    self.advance(observers)
+                    self.step_seconds = before + now() - begin
         except BaseException as failure:
             error = failure
             raise

@@ -6,9 +6,8 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.errors import ConvergenceError, TooFewModesError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
 from shellmb.system.direct.symmetry import sizes_of
@@ -28,7 +27,7 @@ ZERO, NEARER = 1e-3, 0.1
 
 def eigenpairs(
     K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool, higher: bool = True
-) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
+) -> tuple[Complex, list[PETSc.Vec]]:
     """Eigenvalues nearest to the shift and their vectors, sorted by their real parts.
 
     Of a complex pair the first one has the real part of the vector, the other one the imaginary
@@ -180,9 +179,7 @@ def factors_of_mumps(owner: Any, ksp: PETSc.KSP, within: str = "") -> None:
     owner.setFromOptions()
 
 
-def nearest_to_zero(
-    K: PETSc.Mat, G: PETSc.Mat, count: int
-) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
+def nearest_to_zero(K: PETSc.Mat, G: PETSc.Mat, count: int) -> tuple[Complex, list[PETSc.Vec]]:
     """Numbers nearest to zero at which `K + number G` is singular, with their vectors.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,3 +146,42 @@ def test_functions_are_tried_on_copies() -> None:
     first, *_ = found["loads[0].time"]
     assert first == [before + 1.0]
     np.testing.assert_array_equal(found["shells['plate'].section.thickness"], [[0.1] * 4])
+
+
+ALONE = """
+import sys
+from mpi4py import MPI
+import shellmb as sm
+from shellmb import barrier
+from shellmb.diagnostics.balances import Drift
+from shellmb.observers.files.frames import Frames
+from shellmb.simulate.simulation import BaseObserver
+where, out = sys.argv[1:]
+barrier.MEETING = 1.0
+
+def fails(*given):
+    if MPI.COMM_WORLD.rank == (where == "accepted"):
+        raise (OSError if where == "write" else KeyError)("mine")
+    return {}
+
+class Mine(BaseObserver):
+    pass
+
+kind = {"cautions": Drift, "write": Frames}.get(where, Mine)
+setattr(kind, where, fails)
+bob = sm.RigidBody("bob", 1.0, (0.01, 0.02, 0.03), position=(1, 0, 0))
+hinge = sm.Revolute("hinge", sm.GROUND, "bob", at=(0, 0, 0), axis=(0, 1, 0))
+scene = sm.Scene("s", rigid_bodies=bob, joints=hinge, scheme="ep", dt=0.01, t_end=0.05)
+sm.run(scene, out=out, observers=[Mine()], pictures=False)
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("where", ["start", "accepted", "finish", "cautions", "write"])
+def test_what_fails_on_one_rank_ends_all(where: str, mpirun, tmp_path: Path) -> None:
+    """Kind: an observer, a watch or a file, in a program of the user's: no rank waits for ever."""
+    # pytest fails by what ranks say, where they end with an error
+    with pytest.raises(pytest.fail.Exception) as ended:
+        mpirun(2, "-c", ALONE, where, tmp_path / "out", timeout=60, alone=True)
+    rank = int(where == "accepted")
+    assert f"error: rank {rank} fails alone, and all ranks end with it: " in str(ended.value)

@@ -230,6 +230,10 @@ REFUSED: dict[str, tuple[Any, str]] = {
         own(lambda a, b: [gap(a, b)[1], abs(gap(a, b)[2])]),
         "constraint 1 is not quadratic",
     ),
+    "not finite": (
+        own(lambda a, b: [gap(a, b)[0] - np.nan]),
+        "has the number nan; it must be finite",
+    ),
     "a jump": (
         own(lambda a, b: [ufl.conditional(ufl.gt(b.x[2], 0), 2 * b.x[2], b.x[2])]),
         "constraint 0 is not quadratic",

@@ -283,6 +283,55 @@ def test_what_it_cannot_have_is_refused(case: str) -> None:
         run(sm.Scene("solid", **made | base | given))
 
 
+ASKED: dict[str, tuple[dict[str, Any], str]] = {
+    "name": ({"name": 3}, "name is 3"),
+    "space": ({"on": lambda comm: space(comm).mesh}, "space is .* it must be a function space"),
+    "no strain": ({"strain": None}, "it has energy and no strain"),
+    "no energy": ({"energy": None}, "it has strain and no energy"),
+    "matrix": ({"energy": np.eye(5)}, "symmetric matrix of 6 by 6 finite numbers"),
+    "symmetry": ({"energy": C + np.triu(C, 1)}, "symmetric matrix"),
+    "finite": ({"energy": np.nan * C}, "finite numbers"),
+    "text": ({"energy": "stiff"}, "energy is 'stiff'; it must be a function, or"),
+    "density": ({"mass": 1e3}, "mass is 1000.0; it must be a function"),
+    "quadratic": ({"mass": lambda v, w: ufl.dot(v, w) ** 2}, "not linear in the variation"),
+    "skew": ({"mass": lambda v, w: ufl.dot(v, w) + v[0] * w[1]}, "is not symmetric"),
+    "negative": ({"mass": lambda v, w: -ufl.dot(v, w)}, "or negative"),
+    "work": ({"force": lambda u, rate, du, t: u[0]}, "force .* not linear in the variation"),
+    "square": ({"force": lambda u, rate, du, t: du[0] ** 2}, "not linear in the variation"),
+    "size": ({"size": 0.0}, "size is 0.0; it must be greater than 0"),
+    "constraints": ({"constraints": [1]}, r"constraints\[0\] is 1"),
+    "measure": ({"dx": 3}, "dx is 3"),
+    "plane": ({"points": {"tip": (1.0, 0.25)}}, "a vector of three numbers"),
+    "nan": ({"points": {"tip": (1.0, 0.25, np.nan)}}, "every component must be finite"),
+    "number": ({"regions": {"left": 3}}, "regions is 3; it must be a function"),
+    "one mark": ({"regions": {"left": lambda x: True}}, r"an array of shape \(\) at 12 points"),
+}
+
+
+@pytest.mark.parametrize("case", ASKED)
+def test_what_it_is_made_of_is_looked_at(case: str) -> None:
+    """Kind: arguments that ended in bare errors, ran as something else, or did nothing."""
+    given, sentence = ASKED[case]
+    wrong = dict(given)
+    with pytest.raises(sm.SceneError, match=sentence):
+        if "name" in wrong:
+            sm.OwnBody(wrong["name"], space)
+        run(scene(block(**wrong)))
+
+
+def test_a_stiffness_may_be_of_ufl() -> None:
+    """Kind: the same matrix as numbers, as a matrix of UFL and as a constant of a mesh."""
+    there = space(MPI.COMM_WORLD)
+    bodies = (
+        block(),
+        block(energy=ufl.as_matrix(C.tolist())),
+        block(on=there, energy=fem.Constant(there.mesh, C)),
+    )
+    tips = [run(scene(body)).history["tip"].to_numpy() for body in bodies]
+    for tip in tips[1:]:
+        np.testing.assert_allclose(tip, tips[0], rtol=1e-10, atol=1e-15)
+
+
 def test_linear_buckling_is_refused() -> None:
     """Kind: what has no resultants of its own would buckle nowhere, without a word."""
     load = sm.PointForce("tip", (-1.0, 0, 0), body="block")

@@ -146,6 +146,36 @@ def test_a_loaded_strip_and_a_run_of_it(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.poles(3), found.poles(3), rtol=1e-9)
 
 
+def test_each_free_motion_is_one_pole() -> None:
+    """Poles count motions: a double zero is one motion, and two single ones are two."""
+    count = 3
+    bodies = [sm.RigidBody(f"b{k}", 1.0 + k, (0.1,) * 3, position=(k, 0, 0)) for k in range(count)]
+    slides = [
+        sm.Prismatic(f"p{k}", sm.GROUND, f"b{k}", at=(k, 0, 0), axis=(0, 1, 0))
+        for k in range(count)
+    ]
+
+    def scene(*elements: Any) -> sm.Scene:
+        more = {**MOTION, "force_elements": elements}
+        return sm.Scene("slides", rigid_bodies=bodies, joints=slides, **more)
+
+    springs = [sm.JointSpring("s0", "p0", stiffness=100.0)]
+    dampers = [sm.JointDamper(f"d{k}", f"p{k}", damping=3.0) for k in range(count)]
+    for given, exact in (
+        ((), [0, 0, 0]),
+        (springs, [0, 0, 10j]),
+        (dampers, [0, 0, 0, -1, -1.5, -3]),
+        (dampers[1:], [0, 0, 0, -1, -1.5]),
+    ):
+        found = sm.linearise(scene(*given))
+        for wanted in (len(exact), 1):
+            np.testing.assert_allclose(found.poles(wanted), exact[:wanted], atol=1e-9)
+    # and so do modes about states
+    for given in ((), springs, dampers):
+        made = sm.modes(sm.run(scene(*given), pictures=False), count=count, pictures=False)
+        assert made.summary["rigid_modes"] == count - (given is springs)
+
+
 @pytest.mark.parametrize("flexible", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_rotor_in_bearings_that_differ(flexible: bool) -> None:
     """In a frame that stands: the poles of its modes, in space."""

@@ -230,6 +230,55 @@ def test_states_in_between_need_more_than_the_defaults() -> None:
         swing(Bathe(), 0.02)
 
 
+def own(**members: Any) -> Any:
+    """The mid-point rule with other members; without those that are None."""
+    names = ("name", "title", "order", "dynamic", "stages", "rates", "conserves")
+    whole = {n: getattr(MidPoint, n) for n in (*names, "expand", "advance")} | members
+    return type("Own", (), {n: v for n, v in whole.items() if v is not None})()
+
+
+def stage(**other: Any) -> Any:
+    """A function `expand` whose stage has something else."""
+
+    def expand(self: Any, levels: Any, dt: Any) -> dict[str, Stage]:
+        return {"f": replace(MidPoint.expand(self, levels, dt)["f"], **other)}
+
+    return expand
+
+
+MUST = ("title", "order", "dynamic", "stages", "rates", "conserves", "expand", "advance")
+WRONG: list[tuple[dict[str, Any], str]] = [
+    *(({name: None}, f"{name} is missing") for name in MUST),
+    ({"forms": lambda self, *given: {}}, "'forms', which nothing reads"),
+    ({"name": "ep4"}, "a bundled scheme has this name"),
+    ({"stages": "f"}, "stages is 'f'"),
+    ({"stages": ("m",)}, "one of them must be 'f'"),
+    ({"rates": ()}, "one of them must be 'v'"),
+    ({"rates": ("v", "q")}, "and none 'q'"),
+    ({"conserves": "angular momentum"}, "conserves is 'angular momentum'"),
+    ({"conserves": {"energi"}}, "conserves"),
+    ({"accelerations": ("w",)}, "names of rates"),
+    (
+        {"expand": lambda self, *given: None},
+        "expand returns None; it must return a dict",
+    ),
+    ({"expand": lambda self, *given: {"f": 1.0}}, "for each of 'f'"),
+    ({"expand": stage(velocity=None)}, "with rate and velocity"),
+    (
+        {"advance": lambda self, *given: {}},
+        "advance returns {}; it must return",
+    ),
+    ({"advance": lambda self, *given: {"v": 0.0}}, "of the shape of q"),
+]
+
+
+@pytest.mark.parametrize(("members", "said"), WRONG, ids=[said for _, said in WRONG])
+def test_what_a_scheme_has_to_say_is_asked_for(members: dict[str, Any], said: str) -> None:
+    """Kind: members that are missing, no such things, or read by nobody; what is returned."""
+    with pytest.raises(sm.SceneError, match=said):
+        sm.run(replace(hung(own()), scheme=own(**members), t_end=0.02), pictures=False)
+
+
 OTHERS = (MidPoint(), ChungHulbert(0.0, 0.1), Composite(), "generalized-alpha")
 
 

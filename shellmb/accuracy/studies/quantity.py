@@ -49,10 +49,7 @@ class Quantity:
         return self.norm in CURVES
 
     def take(
-        self,
-        results: Mapping[str, float],
-        history: pd.DataFrame,
-        means: Collection[str] = (),
+        self, results: Mapping[str, float], history: pd.DataFrame, means: Collection[str] = ()
     ) -> dict[str, Any]:
         """Record of a run: the number, and the curve where curves are compared.
 

@@ -159,11 +159,7 @@ class Measured:
         return choice.label(self.grid.named)
 
 
-def measure(
-    sweep: Sweep,
-    folder: Path | None = None,
-    tell: Tell = lambda text: None,
-) -> Measured:
+def measure(sweep: Sweep, folder: Path | None = None, tell: Tell = lambda text: None) -> Measured:
     """Run a study, or what is left of it; collective.
 
     Each configuration is run once, coarse ones first; then the reference; then all again, round by

@@ -6,18 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError
 
 if TYPE_CHECKING:
     from shellmb.running.rotating.quadratic import Pair
-
-type Complex = npt.NDArray[np.complex128]
 
 
 def poles(
@@ -28,7 +25,7 @@ def poles(
     count: int,
     shift: float,
 ) -> Complex:
-    """Poles of `s^2 M + s C + K`, the smallest ones, of pairs one [1/s].
+    """Poles of `s^2 M + s C + K`, the smallest ones, of pairs one, free motions as zeros [1/s].
 
     Of what relaxes those that creep and decay are left out.
 
@@ -43,7 +40,7 @@ def poles(
     from mpi4py import MPI
     from petsc4py import PETSc
 
-    from shellmb.running.rotating.quadratic import NEUTRAL, Relaxing, solve_quadratic
+    from shellmb.running.rotating.quadratic import NEUTRAL, motions
     from shellmb.system.direct.symmetry import is_symmetric
 
     def petsc(A: sp.csr_array) -> PETSc.Mat:
@@ -51,14 +48,14 @@ def poles(
         return PETSc.Mat().createAIJ(A.shape, csr=csr, comm=MPI.COMM_SELF)
 
     k, c, m = map(petsc, (K, C, M))
-    if branches:
-        springs = {time: petsc(A) for time, A in branches.items()}
-        found = Relaxing(k, c, m, springs).solve(count, shift)
-        return np.array([pair.value for pair in found[:count]])
-    pairs, matrices = solve_quadratic(k, c, m, count, shift)[:count], (M, C, K)
-    # the left vectors are the right ones, but vectors of what may be zero are less exact
-    exact = NEUTRAL * shift if is_symmetric(k) and is_symmetric(c) else np.inf
-    return np.array([_refined(pair, matrices, abs(pair.value) > exact) for pair in pairs])
+    springs = {time: petsc(A) for time, A in branches.items()}
+    zero, above = motions((k, c, m), springs, count, shift)
+    values = [pair.value for pair in above]
+    if not branches:
+        # the left vectors are the right ones, but vectors of what may be zero are less exact
+        exact = NEUTRAL * shift if is_symmetric(k) and is_symmetric(c) else np.inf
+        values = [_refined(pair, (M, C, K), abs(pair.value) > exact) for pair in above[:count]]
+    return np.array([*[0.0] * len(zero), *values], dtype=np.complex128)[:count]
 
 
 def _refined(pair: Pair, matrices: Sequence[sp.csr_array], even: bool) -> complex:

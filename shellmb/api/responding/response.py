@@ -14,9 +14,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from shellmb.api.responding.curves import at_frequencies, curve_of
-from shellmb.api.responding.poles import Complex
 from shellmb.api.responding.system import GROUND, LinearSystem
-from shellmb.arrays import Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError, warn
 from shellmb.options.linear import ResponseOptions
 

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.io.matlab import MatReadError
 
-from shellmb.api.responding.poles import Complex, lowest_modes, poles
-from shellmb.arrays import Floats
+from shellmb.api.responding.poles import lowest_modes, poles
+from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError
 from shellmb.files.writing import drafted
 from shellmb.scene.lookup import listed

@@ -300,8 +300,7 @@ def frequency_sensitivities(
     if near[:known].any():
         said = ", ".join(str(k + 1) for k in np.flatnonzero(near[:known]))
         warn(
-            f"frequencies {said} nearly coincide with others: they have no derivatives of their "
-            "own",
+            f"frequencies {said} nearly coincide with others: they have no derivatives of their own"
         )
     return table
 

@@ -30,12 +30,7 @@ from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates
 from shellmb.model.frames.frame import FRAME, Floating, FrameBody
 from shellmb.model.massless import TimedLoads
-from shellmb.model.sections.branches import (
-    Fading,
-    MaxwellBranches,
-    StrainDamping,
-    slowing,
-)
+from shellmb.model.sections.branches import Fading, MaxwellBranches, StrainDamping, slowing
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains

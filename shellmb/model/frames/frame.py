@@ -28,14 +28,7 @@ from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import (
-    Manifold,
-    MassiveBody,
-    NodeLink,
-    added,
-    largest,
-    same_everywhere,
-)
+from shellmb.model.body import Manifold, MassiveBody, NodeLink, added, largest, same_everywhere
 from shellmb.model.multipliers import Constraints
 
 # round-off of the values of constraints of random directors, whose squares are up to a hundred

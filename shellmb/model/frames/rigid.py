@@ -14,13 +14,7 @@ from shellmb.forms import frame
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
-from shellmb.model.body import (
-    Dofs,
-    FixedDofs,
-    LoadFactors,
-    PartScale,
-    Rates,
-)
+from shellmb.model.body import Dofs, FixedDofs, LoadFactors, PartScale, Rates
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import Scale, TimedLoads, numbers_of

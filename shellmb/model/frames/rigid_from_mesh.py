@@ -27,12 +27,7 @@ from shellmb.native.kernels import compiled
 from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.loads.loads import FollowerForce, FollowerMoment, Load, PointForce, PointMoment
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.joints import (
-    FramedHinge,
-    Joint,
-    Revolute,
-    Weld,
-)
+from shellmb.scene.multibody.joints import FramedHinge, Joint, Revolute, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
 RigidMeshes = dict[str, ShellModel | BeamModel]
@@ -347,8 +342,7 @@ def about_director(
     nodes = shared_nodes(meshes(joint.second), node_of(where), joint.said)
     shared = ("name", "first", "second", "at", "second_at", "mass", "active")
     return Revolute(
-        **{name: getattr(joint, name) for name in shared},
-        axis=triple(nodes.director[0]),
+        **{name: getattr(joint, name) for name in shared}, axis=triple(nodes.director[0])
     )
 
 

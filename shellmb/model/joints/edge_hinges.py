@@ -246,10 +246,7 @@ def _lines(joint: EdgeHinge, first: ShellModel, second: ShellModel) -> tuple[_Ed
     if len(one.s) > len(two.s):
         # nodes of the finer edge are held on the coarser one
         axis = -axis
-        one, two = (
-            _edge(joint, second, second_at, axis),
-            _edge(joint, first, at, axis),
-        )
+        one, two = (_edge(joint, second, second_at, axis), _edge(joint, first, at, axis))
     return one, two, axis
 
 

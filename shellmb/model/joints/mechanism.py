@@ -26,13 +26,7 @@ from shellmb.model.joints.coordinates import (
     joint_coordinate,
 )
 from shellmb.model.joints.edge_hinges import bind_hinges
-from shellmb.model.joints.joints import (
-    BoundJoint,
-    JointGroup,
-    bind,
-    joint_groups,
-    point_masses,
-)
+from shellmb.model.joints.joints import BoundJoint, JointGroup, bind, joint_groups, point_masses
 from shellmb.model.joints.rolling import ContactGroup, bind_contact
 from shellmb.model.joints.switches import (
     HeldCoordinates,

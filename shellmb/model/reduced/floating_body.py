@@ -176,12 +176,7 @@ class OnArms(OnFrame):
     arms: Floats
 
     def __init__(
-        self,
-        title: str,
-        body: Modes,
-        shared: Sequence[str],
-        table: Floats,
-        scale: Scale,
+        self, title: str, body: Modes, shared: Sequence[str], table: Floats, scale: Scale
     ) -> None:
         super().__init__(title, body, shared, 3, table, scale, own={"u": 3})
         self.mixed = replace(self.mixed, elementwise=frozenset({"u", "mu"}))

@@ -115,11 +115,7 @@ def line_rules(domain: mesh.Mesh, degree: int) -> Rules:
 
 def custom(points: Any, weights: Any) -> dict[str, Any]:
     """Metadata of a rule given by its points and weights on the reference cell."""
-    return {
-        "quadrature_rule": "custom",
-        "quadrature_points": points,
-        "quadrature_weights": weights,
-    }
+    return {"quadrature_rule": "custom", "quadrature_points": points, "quadrature_weights": weights}
 
 
 Rule = Literal["full", "nodes"]

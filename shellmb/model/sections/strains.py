@@ -14,12 +14,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval, MixedStrains
-from shellmb.forms.steps.mixed_nonlinear import (
-    NonlinearMixed,
-    NonlinearPath,
-    projected,
-    tangent,
-)
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, NonlinearPath, projected, tangent
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
 from shellmb.forms.steps.stress_work import (
     POINTS,

@@ -121,10 +121,7 @@ def _excess(a: Places, b: Places) -> tuple[Floats, Floats]:
     slid = b.weights - a.weights
     at_a, at_b = vector(slid, a.x), vector(slid, b.x)
     # as products, since differences of squares would be round-off
-    return (
-        np.vecdot(at_b, at_b - 2 * b.away),
-        np.vecdot(at_a, at_a + 2 * a.away),
-    )
+    return (np.vecdot(at_b, at_b - 2 * b.away), np.vecdot(at_a, at_a + 2 * a.away))
 
 
 def _share(a: Places, b: Places) -> Floats:

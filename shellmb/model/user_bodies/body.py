@@ -6,9 +6,10 @@ unknown states.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from mpi4py import MPI
 
@@ -32,12 +33,15 @@ from shellmb.model.body import Body, Elastic, FixedDofs, PartScale, Rates, TimeF
 from shellmb.model.massless import NONE
 from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import PotentialStrains, Strains
-from shellmb.model.user_forms import vector_of, written
+from shellmb.model.user_forms import vector_of, virtual, written
 from shellmb.native.expressions import values_in_cells
-from shellmb.scene.types import vector
+from shellmb.scene.types import Listed, Name, Positive, Vec3, numbers
 from shellmb.scene.values.bodies import UserBody
+from shellmb.scene.values.validate import Sentences, described, show
 
 ADVICE = "a smaller step"
+# round-off of what is symmetric
+SAME = 1e-9
 # of the energy of a constraint, below which a multiplier counts as zero
 SMALL_FORCE = 1e-3
 
@@ -59,6 +63,30 @@ class Hold:
     element: Any
     dx: ufl.Measure
     force: float = 1.0
+
+
+@described("own body")
+class _Parts:
+    """Parts of an own body, checked; as of `OwnBody`."""
+
+    name: Name
+    space: Any
+    strain: Callable[..., Any] | None
+    energy: Any
+    mass: Callable[..., Any] | None
+    force: Callable[..., Any] | None
+    constraints: Listed[Hold]
+    dx: ufl.Measure
+    size: Positive
+    points: Mapping[Name, Vec3]
+    regions: Mapping[Name, Callable[..., Any]]
+
+    AS_GIVEN: ClassVar[tuple[str, ...]] = ("energy", "space")
+
+    def _wrong(self) -> Sentences:
+        if (self.strain is None) != (self.energy is None):
+            has, lacks = ("energy", "strain") if self.strain is None else ("strain", "energy")
+            yield f"it has {has} and no {lacks}, so nothing resists; it must have both, or none"
 
 
 class OwnBody(Body, UserBody):
@@ -106,21 +134,28 @@ class OwnBody(Body, UserBody):
         points: Mapping[str, Sequence[float]] = NONE,
         regions: Mapping[str, Callable[[Floats], Any]] = NONE,
     ) -> None:
-        self._given = {
-            "space": space,
-            "strain": strain,
-            "energy": energy,
-            "mass": mass,
-            "force": force,
-            "constraints": tuple(constraints),
-            "dx": dx,
-            "size": size,
-            "points": dict(points),
-            "regions": dict(regions),
-        }
+        given: Any = (
+            name,
+            space,
+            strain,
+            energy,
+            mass,
+            force,
+            constraints,
+            dx,
+            size,
+            points,
+            regions,
+        )
+        parts = _Parts(*given)
+        self._given = {f.name: getattr(parts, f.name) for f in fields(parts) if f.name != "name"}
         self._nodes_held: list[tuple[Any, ...]] = []
-        if callable(space):
-            space = space(MPI.COMM_WORLD)
+        space = space(MPI.COMM_WORLD) if callable(space) else space
+        if not isinstance(space, fem.FunctionSpace):
+            raise SceneError(
+                f"own body '{name}': space is {show(space)}; it must be a function space of "
+                "DOLFINx, or a function that makes one on a communicator"
+            )
         elements = {"u": space.ufl_element()}
         for k, hold in enumerate(constraints):
             at = (ufl.Coefficient(space),)
@@ -128,23 +163,26 @@ class OwnBody(Body, UserBody):
             shaped = basix.ufl.blocked_element(hold.element, (count,)) if count > 1 else None
             elements[f"mu{k}"] = shaped or hold.element
         mixed = mixed_space(space.mesh, elements, frozenset())
-        parts = [PartScale("u", f"'{name}'", size, ADVICE)]
-        parts += [
+        scales = [PartScale("u", f"'{name}'", size, ADVICE)]
+        scales += [
             PartScale(p, f"multiplier of '{name}'", SMALL_FORCE, ADVICE)
             for p in elements
             if p != "u"
         ]
-        super().__init__(name, mixed, tuple(parts), ())
+        super().__init__(name, mixed, tuple(scales), ())
         self.kinematic, self.jump_parts = frozenset({"u"}), frozenset(elements)
         self.layout, self.dx = Layout(mixed.parts), dx(space.mesh)
         self.space = mixed.subspaces["u"]
         self._strain, self._energy, self._mass, self._force = strain, energy, mass, force
         self._holds = tuple(constraints)
-        self.points = {n: vector(x) for n, x in points.items()}
-        self.regions = dict(regions)
+        self.points, self.regions = parts.points, parts.regions
         self.massive, self.has_strains = mass is not None, strain is not None
         self.placed = is_placed(space)
         self._one = fem.Constant(space.mesh, 1.0)
+        self._nonlinear = callable(energy) and not isinstance(energy, Expr)
+        if energy is not None and not self._nonlinear:
+            self._check_stiffness()
+        self._check_densities()
         for what, function in self._functions():
             state = ufl.Coefficient(mixed.space)
             if state not in extract_coefficients(function(state)):
@@ -158,6 +196,44 @@ class OwnBody(Body, UserBody):
     def _functions(self) -> list[tuple[str, Callable[[Expr], Expr]]]:
         found = [("strain", self._measure)] if self._strain is not None else []
         return found + [(f"constraint {k}", law.function) for k, law in enumerate(self._laws)]
+
+    def _check_stiffness(self) -> None:
+        """Refuse a stiffness that is no symmetric matrix of the strains."""
+        size, given = len(self._measure(ufl.Coefficient(self.mixed.space))), self._energy
+        fits = getattr(given, "ufl_shape", ()) == (size, size)
+        # what is no matrix of numbers fails in one of these ways
+        with suppress(TypeError, ValueError, IndexError):
+            matrix = np.zeros(0) if isinstance(given, Expr) else numbers(given)
+            off = np.abs(matrix - matrix.T).max(axis=(0, 1))
+            fits = matrix.shape == (size, size) and bool(off <= SAME * np.abs(matrix).max())
+        if not fits:
+            raise SceneError(
+                f"own body '{self.name}': energy is {show(given)}; it must be a function, or a "
+                f"symmetric matrix of {size} by {size} finite numbers, of {size} strains"
+            )
+
+    def _check_densities(self) -> None:
+        """Refuse a mass that is not symmetric, bilinear and positive, and no virtual work."""
+        v, w, mesh = fem.Function(self.space), fem.Function(self.space), self.space.mesh
+        test, time = ufl.TestFunction(self.space), fem.Constant(mesh, 0.0)
+        who = f"body '{self.name}'"
+        if self._force is not None:
+            virtual(self._force, (v, v, test, time), f"{who}: force")
+        if self._mass is None:
+            return
+        virtual(self._mass, (v, test), f"{who}: mass")
+        pairs = [self._scalar("mass", self._mass, *each) for each in ((v, w), (w, v), (v, v))]
+        middle = basix.geometry(mesh.basix_cell()).mean(axis=0, keepdims=True)
+        values = values_in_cells(ufl.as_vector(pairs), middle, mesh)
+        for function, seed in ((v, 1), (w, 2)):
+            function.x.array[:] = np.random.default_rng(seed).normal(size=len(function.x.array))
+        there, back, energy = values().reshape(-1, 3).T
+        wrong = max(np.abs(there - back).max(initial=0.0), -energy.min(initial=0.0))
+        if mesh.comm.allreduce(not wrong <= SAME * np.abs(energy).max(initial=0.0)):
+            raise SceneError(
+                f"own body '{self.name}': mass {show(self._mass)} is not symmetric in its two "
+                "fields, or negative; it must be as rho * ufl.dot(v, w)"
+            )
 
     def field(self, q: Expr) -> Expr:
         """The field of a state."""
@@ -173,7 +249,7 @@ class OwnBody(Body, UserBody):
         if self._strain is None or self._energy is None:
             return ()
         strain = measure(self._measure)
-        if callable(self._energy):
+        if self._nonlinear:
             terms = self._measure, self._potential, self._one, self.dx, strain
             return (PotentialStrains(*terms),)
         section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx

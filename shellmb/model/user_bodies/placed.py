@@ -78,7 +78,17 @@ class FieldMesh:
         """
         found = []
         for name in (names,) if isinstance(names, str) else names:
-            marks, dim = self.regions[name], self.mesh.topology.dim
+            dim = self.mesh.topology.dim
+
+            def marks(at: Floats, name: str = name) -> Any:
+                marked = np.asarray(self.regions[name](at))
+                if marked.shape != at.shape[1:]:
+                    raise SceneError(
+                        f"own body '{self.name}': region '{name}' marks an array of shape "
+                        f"{marked.shape} at {at.shape[1]} points; it must mark each of them"
+                    )
+                return marked.astype(bool)
+
             here = [(d, dolfinx.mesh.locate_entities(self.mesh, d, marks)) for d in range(dim + 1)]
             if not self.mesh.comm.allreduce(sum(len(which) for _, which in here)):
                 raise SceneError(

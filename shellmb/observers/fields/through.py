@@ -20,12 +20,7 @@ from shellmb.arrays import Floats
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
-from shellmb.observers.fields.by_section import (
-    held_plies,
-    held_strain,
-    shell_compliance,
-    stress_at,
-)
+from shellmb.observers.fields.by_section import held_plies, held_strain, shell_compliance, stress_at
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.scene import Shell
 from shellmb.scene.shells.lamination import Layup, shear_step, strain_turn, vector_turn

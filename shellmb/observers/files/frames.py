@@ -15,7 +15,7 @@ from shellmb.files.writing import make_folder
 from shellmb.observers.columns import Batches
 from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
-from shellmb.observers.files.gridfiles import GridFiles, list_all
+from shellmb.observers.files.gridfiles import GridFiles, Lists
 from shellmb.observers.files.output_parts import JOINTS, Drawn, drawn_parts
 from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import BaseObserver, Simulation
@@ -128,6 +128,7 @@ class Frames(BaseObserver):
             for name, part in self._parts.items()
             if part.grid is not None
         }
+        self._lists = Lists(self._folder, self._files)
         if self._files:
             make_folder(self._folder)
         requested = simulation.scene.output.frames
@@ -186,7 +187,7 @@ class Frames(BaseObserver):
             for name, files in self._files.items():
                 for number, fields in self._pending:
                     files.write(number, fields[name])
-            list_all(self._folder, self._files, self._times)
+            self._lists.write(self._times)
         self._pending.clear()
         self._batches.written()
 
@@ -198,7 +199,7 @@ class Frames(BaseObserver):
             for files in self._files.values()
             if not files.find(number, self._sums)
         ]
-        list_all(self._folder, self._files, self._times)
+        self._lists.write(self._times)
         if missing:
             _log.warning(
                 "resume: lost or damaged in %s, and left out of the pictures: %s",

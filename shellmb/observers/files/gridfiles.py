@@ -25,7 +25,7 @@ import numpy.typing as npt
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_bytes
-from shellmb.files.writing import checksum, seal_grid, write_bytes, write_text
+from shellmb.files.writing import checksum, rewrite_text, seal_grid, write_bytes
 from shellmb.model.locations.nodes import Meshed
 
 # list of the files of all grids
@@ -215,6 +215,9 @@ class GridFiles:
         self._reference = Packed("reference", grid.nodes)
         self._labels = [Packed("name", grid.labels)] if grid.labels else []
         self._sums: dict[int, str] = {}
+        # states as the list has them, and how many have been there: it is written whole each time,
+        # which takes no time beside making the text of all of them anew
+        self._entries, self._listed = list[str](), 0
 
     def name(self, number: int) -> str:
         """Name of the file of one state."""
@@ -248,12 +251,16 @@ class GridFiles:
         """List the states for ParaView; the file is complete at all times.
 
         Args:
-            times: Times of all states so far, s; of lost ones, too.
+            times: Times of all states so far, s; of lost ones, too. Those of the last time come
+                first.
         """
-        there = [{"name": self.name(k), "time": t} for k, t in enumerate(times) if k in self._sums]
-        if there:
-            series = {"file-series-version": "1.0", "files": there}
-            write_text(self._folder / f"{self._stem}.vtu.series", json.dumps(series) + "\n")
+        for k in range(self._listed, len(times)):
+            if k in self._sums:
+                self._entries.append(json.dumps({"name": self.name(k), "time": times[k]}))
+        self._listed = len(times)
+        if self._entries:
+            text = f'{{"file-series-version": "1.0", "files": [{", ".join(self._entries)}]}}\n'
+            rewrite_text(self._folder / f"{self._stem}.vtu.series", text)
 
     def checksums(self, count: int) -> dict[str, str]:
         """Checksums of the first states, by the names of their files.
@@ -297,24 +304,35 @@ def _cells(grid: Grid) -> list[Packed]:
     ]
 
 
-def list_all(folder: Path, files: Mapping[str, GridFiles], times: Sequence[float]) -> None:
-    """List the states of all parts: those that all have in `all.pvd`, too, for ParaView.
+class Lists:
+    """Lists of the states of all parts, and of those that all have in `all.pvd`, for ParaView.
 
     VTK has a reader for that file and no writer.
 
     Args:
         folder: Where the files are.
         files: Files of each part by its name.
-        times: Times of all states so far, s.
     """
-    for part in files.values():
-        part.list(times)
-    items = [
-        f'<DataSet timestep="{t!r}" part="{number}" name={quoteattr(name)} '
-        f"file={quoteattr(part.name(k))}/>"
-        for k, t in enumerate(times)
-        if all(part.has(k) for part in files.values())
-        for number, (name, part) in enumerate(files.items())
-    ]
-    if items:
-        write_text(folder / "all.pvd", COLLECTION.format("\n".join(items)))
+
+    def __init__(self, folder: Path, files: Mapping[str, GridFiles]) -> None:
+        self._folder, self._files = folder, files
+        self._items, self._listed = list[str](), 0
+
+    def write(self, times: Sequence[float]) -> None:
+        """List all states; the files are complete at all times.
+
+        Args:
+            times: As of `GridFiles.list`.
+        """
+        for part in self._files.values():
+            part.list(times)
+        self._items += [
+            f'<DataSet timestep="{times[k]!r}" part="{number}" name={quoteattr(name)} '
+            f"file={quoteattr(part.name(k))}/>"
+            for k in range(self._listed, len(times))
+            if all(part.has(k) for part in self._files.values())
+            for number, (name, part) in enumerate(self._files.items())
+        ]
+        self._listed = len(times)
+        if self._items:
+            rewrite_text(self._folder / "all.pvd", COLLECTION.format("\n".join(self._items)))

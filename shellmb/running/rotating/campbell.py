@@ -8,10 +8,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Complex, Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import check_count
@@ -49,7 +48,7 @@ class Campbell:
     modes: tuple[RotatingModes, ...]
     branches: Ints
 
-    def along(self, values: str) -> npt.NDArray[np.complex128]:
+    def along(self, values: str) -> Complex:
         """An array of the modes at each rate along the branches, NaN where one has no mode.
 
         Args:

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Complex, Floats
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.body import Body, Rates
 from shellmb.native.assembler import assembled_as
@@ -31,7 +30,7 @@ class DampedModes(Modes):
         parts: Real and imaginary part of each mode, as `fields`.
     """
 
-    values: npt.NDArray[np.complex128]
+    values: Complex
     grows: Sequence[int]
     parts: list[dict[str, Shape]]
 

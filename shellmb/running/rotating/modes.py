@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.modes import stiffened_modes
 from shellmb.errors import TooFewModesError, petsc_in_words
@@ -15,16 +13,7 @@ from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import Shape, nodal_shape, parts_of, scaled
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation
-from shellmb.running.rotating.quadratic import (
-    NEUTRAL,
-    STILL,
-    Pair,
-    Relaxing,
-    product,
-    solve_quadratic,
-    told_from_zero,
-    turned,
-)
+from shellmb.running.rotating.quadratic import NEUTRAL, STILL, Pair, motions, product, turned
 from shellmb.running.rotating.rigid import FreeMotions
 
 # real parts above this part of the shift and of the eigenvalue are no round-off
@@ -62,7 +51,7 @@ class RotatingModes:
     """
 
     rate: float
-    values: npt.NDArray[np.complex128]
+    values: Complex
     whirl: Floats
     shapes: list[tuple[Shape, Shape]]
     model: Model
@@ -149,15 +138,7 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     free = FreeMotions(rotating, (K, C, M))
     branches, wanted = rotating.branches(), count + spare
     neutral, grows = (STILL, STILL) if branches else (NEUTRAL, UNSTABLE)
-    pairs_of = Relaxing(K, C, M, branches).solve if branches else partial(solve_quadratic, K, C, M)
-    found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
-    if not branches:
-        found = told_from_zero(found, K, C, M, rotating.shift)
-    zero = [pair for pair in found if abs(pair.value) < STILL * rotating.shift]
-    # a double zero is found as a complex pair, of which one is listed, or as two real numbers
-    second = [pair for pair in zero if pair.value.imag == 0][1::2]
-    zero = [pair for pair in zero if not any(pair is other for other in second)]
-    above = [pair for pair in found if abs(pair.value) >= STILL * rotating.shift]
+    zero, above = motions((K, C, M), branches, wanted, rotating.shift, free.exact)
     rigid, kept = len(zero), [*zero, *above][: count + spare]
     if len(kept) < count:
         raise TooFewModesError(count=count, there=len(kept))

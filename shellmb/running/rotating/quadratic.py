@@ -4,7 +4,8 @@ Maxwell branches add `sum_i s tau_i/(1 + s tau_i) K_i` to the stiffness.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
@@ -156,6 +157,52 @@ def told_from_zero(
         if size * max(size, damping) < square:
             found[k] = pair._replace(value=STILL * pair.value)
     return found
+
+
+def motions(
+    matrices: tuple[PETSc.Mat, PETSc.Mat, PETSc.Mat],
+    branches: Mapping[float, PETSc.Mat],
+    count: int,
+    shift: float,
+    exact: Callable[[Pair], Pair] = lambda pair: pair,
+) -> tuple[list[Pair], list[Pair]]:
+    """Lowest pairs: those that are zero, each free motion once, and the others; collective.
+
+    The zero of a free motion is double, and found as a complex pair or as two real numbers; that of
+    what only a damper holds is single. Shapes tell them apart, but where many zeros mix they are
+    less different than the motions: it is half as many motions as zeros at least.
+
+    Args:
+        matrices: Stiffness, damping and gyroscopic terms, and mass.
+        branches: As of `Relaxing`; without any, those that creep and decay count, too.
+        count: Number of pairs wanted.
+        shift: The shift at which they are found, 1/s.
+        exact: Gives a pair whose exact value is known.
+
+    Raises:
+        ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
+    """
+    find = Relaxing(*matrices, branches).solve if branches else partial(solve_quadratic, *matrices)
+    pairs, M = [exact(pair) for pair in find(count, shift)], matrices[2]
+    if not branches:
+        pairs = told_from_zero(pairs, *matrices, shift)
+    zero = [pair for pair in pairs if abs(pair.value) < STILL * shift]
+    real = [pair for pair in zero if pair.value.imag == 0]
+    halved = [pair for pair in zero if pair.value.imag != 0] + real[::2]
+    shapes: list[Pair] = []
+    for pair in zero:
+        whole = product(M, pair, pair).real
+        for part in pair[1:]:
+            alone = Pair(pair.value, part.copy(), 0.0 * part)
+            # twice: round-off of the first time is left
+            for other in shapes * 2:
+                alone.real.axpy(-product(M, other, alone).real, other.real)
+            square = product(M, alone, alone).real
+            if square > SAME * whole:
+                alone.real.scale(square**-0.5)
+                shapes.append(alone)
+    above = [pair for pair in pairs if abs(pair.value) >= STILL * shift]
+    return max(halved, shapes, key=len), above
 
 
 def _round_off(A: PETSc.Mat, M: PETSc.Mat, pairs: Sequence[Pair]) -> Floats:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Fixed, Support, at_rest, moves
-from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
+from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, OwnScheme, Traits
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import Sentences, error_of, listed, said, show
 
@@ -30,8 +31,15 @@ def scheme_rules(scene: Description, _: Any) -> Sentences:
             yield "scheme", f"it must be {known}{choice_of_today('scheme', scheme)}"
         has_jump = SCHEMES[scheme].jump
     else:
-        if not isinstance(getattr(scheme, "name", None), str):
+        if not isinstance(getattr(scheme, "name", None), str) or isinstance(scheme, type):
             yield "scheme", f"it must be one of {listed(SCHEMES)}, or a scheme object with a name"
+        members = ((f.name, getattr(scheme, f.name, None)) for f in fields(OwnScheme))
+        OwnScheme(**{key: value for key, value in members if value is not None})
+        if hasattr(scheme, "forms"):
+            yield (
+                f"scheme '{name}' has a member 'forms', which nothing reads; its equations must be "
+                "those of expand(levels, dt), and what else it has must have another name"
+            )
         has_jump = "j" in getattr(scheme, "stages", ())
     for what in ("dt", "t_end"):
         if getattr(scene, what) is None:

@@ -15,14 +15,7 @@ from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
 from shellmb.scene.values.models import BodyModel, Deforming, NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
-from shellmb.scene.values.validate import (
-    Sentences,
-    described,
-    differ,
-    error_of,
-    show,
-    unit_vector,
-)
+from shellmb.scene.values.validate import Sentences, described, differ, error_of, show, unit_vector
 
 Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
 

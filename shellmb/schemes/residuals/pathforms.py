@@ -1,6 +1,5 @@
 """Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, partial, reduce
 from typing import Any
@@ -15,7 +14,7 @@ from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.model.body import Body, Dofs, Rates, added, kinetic_energy
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.sections.strains import together
-from shellmb.schemes.base import END, Levels, Scheme, Tangent, Values
+from shellmb.schemes.base import END, Levels, Named, Scheme, Tangent, Values
 from shellmb.schemes.residuals.residual import (
     Instants,
     IntervalForms,
@@ -101,12 +100,7 @@ class PathForms:
         return result
 
     def advance(
-        self,
-        q: Values,
-        rates: Mapping[str, Values],
-        unknown: Mapping[str, Values],
-        dt: float,
-        tangent: Tangent,
+        self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent
     ) -> dict[str, Values]:
         """Advance as the scheme does; without inertia rates are those of the path at its end."""
         new, free = self._scheme.advance(q, rates, unknown, dt, tangent), self._inertialess

@@ -364,10 +364,7 @@ class BlockSystem:
         return A
 
     def _assemble(
-        self,
-        A: PETSc.Mat,
-        forms: BlockForms,
-        dropped_columns: list[npt.NDArray[np.int8]],
+        self, A: PETSc.Mat, forms: BlockForms, dropped_columns: list[npt.NDArray[np.int8]]
     ) -> None:
         """Assemble forms block by block, leaving out the rows of fixed dofs."""
         if not A.isAssembled():
@@ -388,10 +385,7 @@ class BlockSystem:
         A.setValuesRCV(*places, values[free][:, None], addv=PETSc.InsertMode.ADD)
 
     def _find_pattern(
-        self,
-        A: PETSc.Mat,
-        forms: BlockForms,
-        dropped_columns: list[npt.NDArray[np.int8]],
+        self, A: PETSc.Mat, forms: BlockForms, dropped_columns: list[npt.NDArray[np.int8]]
     ) -> None:
         """Assemble with states and parameters in general position: nothing is zero by chance.
 
@@ -413,10 +407,7 @@ class BlockSystem:
         A.assemble()
 
     def _add(
-        self,
-        A: PETSc.Mat,
-        forms: BlockForms,
-        dropped_columns: list[npt.NDArray[np.int8]],
+        self, A: PETSc.Mat, forms: BlockForms, dropped_columns: list[npt.NDArray[np.int8]]
     ) -> None:
         """Add the element matrices of all blocks."""
         for (i, j), form in ((key, form) for key, parts in forms.items() for form in parts):

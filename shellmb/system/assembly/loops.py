@@ -104,10 +104,7 @@ class MeshCells(MeshGeometry):
     """
 
     def __init__(
-        self,
-        fields: Sequence[Field],
-        offsets: Sequence[int],
-        held: Sequence[npt.NDArray[np.int8]],
+        self, fields: Sequence[Field], offsets: Sequence[int], held: Sequence[npt.NDArray[np.int8]]
     ) -> None:
         super().__init__(fields[0].function.function_space.mesh)
         tables = [cell_dofs(f.function.function_space)[: self.count] for f in fields]

@@ -40,10 +40,7 @@ class MeshReduction:
     """
 
     def __init__(
-        self,
-        cells: MeshCells,
-        jacobian: list[PlacedForm],
-        numbers: ReducedNumbers,
+        self, cells: MeshCells, jacobian: list[PlacedForm], numbers: ReducedNumbers
     ) -> None:
         self.chunks = find_blocks(cells, jacobian)
         self.cells, self.numbers = cells.arranged(self.chunks.order), numbers
@@ -135,10 +132,7 @@ class MeshReduction:
         """Find where what is kept of a cell is."""
         cells = self.cells
         members, size = elimination(self.chunks, self.pointer)
-        members |= {
-            "multiplier_place": size,
-            "kept_size": size + self._multipliers * cells.shared,
-        }
+        members |= {"multiplier_place": size, "kept_size": size + self._multipliers * cells.shared}
         self.struct = cells.struct(self.loop, **members)
         self._blocks = np.full(max(1, members["block_size"] * cells.count), np.nan)
         width = groups_of(cells.count) * LANES
