@@ -28,10 +28,10 @@ from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.sections.strains import FAR, ExactEnergy, SeparateRows
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
-from shellmb.scene import Scene
+from shellmb.scene import Damper, JointDamper, JointSpring, JointStop, Motor, Scene, Spring
 from shellmb.scene.control.signals import Input
-from shellmb.scene.lookup import said
-from shellmb.scene.multibody.elements import Element, JointStop
+from shellmb.scene.lookup import of_kind, said
+from shellmb.scene.multibody.elements import Element
 
 
 @dataclass(frozen=True)
@@ -75,17 +75,36 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
         coordinate: The coordinate it acts on.
         static: Whether the scene has no motion in time.
     """
-    held = element.command.mean if isinstance(element.command, Input) else 0.0
-    # dampers and motors
-    if not hasattr(element, "stiffness"):
-        parameter = getattr(element, "damping", held) or 0.0
-        return BoundElement(element, coordinate, parameter, element.law)
-    potential, rest = getattr(element, "potential", None), getattr(element, "rest", 0.0)
-    # of springs between points
-    if hasattr(element, "length"):
-        natural = coordinate.start if element.length is None else element.length
-        rest = (0.0 if potential else natural) - coordinate.start
-    return BoundElement(element, coordinate, _stiffness(element, static), potential, rest)
+    return of_kind(_BOUND, element)(element, coordinate, static)
+
+
+def _bound_spring(spring: Any, coordinate: Coordinate, static: bool) -> BoundElement:
+    natural = 0.0
+    if spring.potential is None:
+        natural = coordinate.start if spring.length is None else spring.length
+    k, rest = _stiffness(spring, static), natural - coordinate.start
+    return BoundElement(spring, coordinate, k, spring.potential, rest)
+
+
+def _bound_damper(damper: Any, coordinate: Coordinate, _: bool) -> BoundElement:
+    return BoundElement(damper, coordinate, damper.damping or 0.0, damper.law)
+
+
+def _bound_motor(motor: Motor, coordinate: Coordinate, _: bool) -> BoundElement:
+    held = motor.command.mean if isinstance(motor.command, Input) else 0.0
+    return BoundElement(motor, coordinate, held, motor.law)
+
+
+_BOUND: dict[type, Callable[..., BoundElement]] = {
+    JointSpring: lambda e, c, static: BoundElement(
+        e, c, _stiffness(e, static), e.potential, e.rest
+    ),
+    JointStop: lambda e, c, _: BoundElement(e, c, e.stiffness, None),
+    Spring: _bound_spring,
+    Damper: _bound_damper,
+    JointDamper: _bound_damper,
+    Motor: _bound_motor,
+}
 
 
 def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
