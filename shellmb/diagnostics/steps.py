@@ -4,7 +4,8 @@ Functions of time, and laws of motors, that jump within steps or vary faster tha
 
 All schemes average what acts by Gauss' three points of a step. A jump counts from the next of these
 points on: the impulse is off by up to a quarter of a step, and the run is of first order. Three
-points in each half of the step show by how much.
+points in each half of the step show by how much. Motions that are given must not jump at all, at
+ends of steps neither: no force can do that, and what the step makes of it depends on its length.
 
 Steps turn bodies by more than the scheme can follow.
 
@@ -21,6 +22,7 @@ loses that does not stretch at all, the part `y^2/(y^2 + 40)`: 0.9 with y = 20, 
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +32,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.massless import LawValues
 from shellmb.model.shells.shell import ShellModel
+from shellmb.scene.control.signals import Signal
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS
 from shellmb.simulate.simulation import Simulation
@@ -52,6 +55,15 @@ POINTS = np.concatenate([GAUSS_TIMES, GAUSS_TIMES / 2, 0.5 + GAUSS_TIMES / 2])
 MORE = np.concatenate([-GAUSS_WEIGHTS, GAUSS_WEIGHTS / 2, GAUSS_WEIGHTS / 2])
 # states at which laws are evaluated together
 TOGETHER = 512
+# points of a step at which a motion is looked at, and the parabola through the middle ones at ends
+MOTION = np.array([0.0, *GAUSS_TIMES, 1.0])
+ENDS = np.linalg.solve(np.vander(GAUSS_TIMES).T, np.vander([0.0, 1.0], 3).T).T
+# part of the change in a step by which a motion is off that parabola if it jumps: half or more of a
+# jump, 0.15 at most of a corner
+LEAPS = 0.3
+# parts of the whole motion, and of its size or a radian's or the scene's, below which a change is
+# none, or round-off
+SMALL, ROUND_OFF = 1e-3, 1e-12
 
 
 class StepErrors(Watch):
@@ -196,6 +208,7 @@ class Unresolved(Watch):
         (t,) = self.columns("t")
         if not simulation.scheme.dynamic or len(t) < 2:
             return
+        yield from self._jumps(simulation, t)
         # loads may share a function
         of_time = {id(load.time): (load, load.time) for load in simulation.scene.loads if load.time}
         for load, function in of_time.values():
@@ -208,6 +221,36 @@ class Unresolved(Watch):
                     column = f"{item.coordinate.joint}.{COLUMN[item.coordinate.kind]}"
                     values = _along(law, t, self.columns(column)[0])
                     yield from self._caution(said(item.element), t, values)
+
+    def _jumps(self, simulation: Simulation, t: Floats) -> Cautions:
+        """Say which motions that are given jump.
+
+        Args:
+            simulation: The run.
+            t: Ends of steps, shape (n + 1,), s.
+        """
+        scene, at = simulation.scene, t[:-1, None] + np.diff(t)[:, None] * MOTION
+        given = [(f"{said(part)}: {name}", value) for part, name, value in scene.prescribed]
+        related: tuple[Any, ...] = (*scene.joints, *scene.couplings)
+        given += [(said(part), value) for part in related for value in part.given]
+        for who, value in given:
+            # what is commanded is known in the run only
+            if not callable(value) or isinstance(value, Signal):
+                continue
+            values = np.reshape([np.ravel(value(float(each))) for each in at.flat], (*at.shape, -1))
+            change = np.ptp(values, axis=1)
+            off = np.abs(values[:, ::4] - ENDS @ values[:, 1:4]).max(axis=1)
+            size = max(np.abs(values).max(), min(1.0, simulation.model.length))
+            least = max(SMALL * np.ptp(values, axis=(0, 1)).max(), ROUND_OFF * size)
+            jumps = np.where((off > LEAPS * change) & (change > least), change, 0.0).max(axis=1)
+            worst = int(np.argmax(jumps))
+            if jumps[worst] > 0:
+                says = (
+                    f"{who} jumps by {jumps[worst]:.3g} from t = {t[worst]:.6g} to "
+                    f"{t[worst + 1]:.6g}, which no force can do: velocities and forces behind it "
+                    "depend on the step; let it change over several steps, as by Ramp"
+                )
+                yield self.caution(None, float(jumps[worst]), 0.0, says)
 
     def _caution(self, who: str, t: Floats, values: Floats) -> Cautions:
         """Say what is missed of an impulse, if it is much.

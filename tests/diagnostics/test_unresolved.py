@@ -75,3 +75,81 @@ def test_a_smooth_law_is_not_named_and_one_that_jumps_with_the_angle_is() -> Non
     assert not turned("ep4", lambda angle, rate, t: 1.0)[1]
     bang = turned("ep4", lambda angle, rate, t: ufl.conditional(ufl.lt(angle, 0.21), 1.0, -1.0))
     assert "motor 'motor' jumps" in bang[1][0]
+
+
+def arm(function, where, **more):
+    """A body on a hinge or a rod that moves as given: warnings of its run."""
+    hinge = sm.Revolute("hinge", sm.GROUND, "arm", at=(0, 0, 0), axis=(0, 0, 1))
+    given = {
+        "driver": lambda: {"joints": hinge, "drivers": sm.Driver("d", "hinge", rotation=function)},
+        "coupling": lambda: {
+            "joints": (
+                hinge,
+                sm.Revolute("other", sm.GROUND, "arm2", at=(3, 0, 0), axis=(0, 0, 1)),
+            ),
+            "couplings": sm.Coupling("c", {"hinge": 1.0, "other": 1.0}, value=function),
+        },
+        "distance": lambda: {
+            "joints": sm.Distance(
+                "rod",
+                sm.GROUND,
+                "arm",
+                at=(2, 0, 0),
+                second_at="origin",
+                length=lambda t: 2.0 + function(t),
+            )
+        },
+    }
+    bodies = [
+        sm.RigidBody(name, 1.0, (0.1, 0.1, 0.1), com=(0.5, 0, 0), position=(x, 0, 0))
+        for name, x in (("arm", 0.0), ("arm2", 3.0))
+    ]
+    scene = sm.Scene(
+        "arm", rigid_bodies=bodies, **given[where](), scheme="ep4", dt=0.02, t_end=0.4, **more
+    )
+    return [w for w in sm.run(scene, progress=False).warnings if "jumps by" in w]
+
+
+@pytest.mark.parametrize("jump", [0.2, 0.213, 0.219])
+@pytest.mark.parametrize("where", ["driver", "coupling", "distance"])
+def test_motions_that_jump_are_named(where, jump) -> None:
+    """Kind: given motions, whose jumps no force makes: at ends of steps and within them."""
+    (sentence,) = arm(lambda t: 0.1 * t + (0.3 if t >= jump else 0.0), where)
+    # at a time that is an end, round-off tells in which of two steps it is
+    assert "from t = 0.18 to 0.2," in sentence or "from t = 0.2 to 0.22," in sentence
+    # the motion beside it in that step is 0.002
+    assert (
+        "jumps by 0.302" in sentence
+        and {"driver": "'d': rotation", "coupling": "'c'"}.get(where, "'rod'") in sentence
+    )
+
+
+@pytest.mark.parametrize(
+    "smooth",
+    [
+        # eight steps a period
+        lambda t: 0.1 * math.sin(2 * math.pi * t / 0.16),
+        # a corner within a step, and one at an end of a step
+        lambda t: max(0.0, t - 0.213),
+        sm.Ramp(0.1, start=0.1),
+        # what stands still but for round-off
+        lambda t: 0.1 + 1e-17 * math.sin(1e5 * t),
+    ],
+)
+def test_motions_that_do_not_jump_are_not_named(smooth) -> None:
+    assert not arm(lambda t: smooth(t) - smooth(0.0), "driver")
+
+
+def test_edges_that_jump_are_named() -> None:
+    steel = sm.Isotropic(E=2e9, nu=0.3, thickness=0.01, density=1000)
+    plate = sm.Shell("plate", sm.Rectangle(1.0, 0.2), steel, mesh=(2, 1))
+    scene = sm.Scene(
+        "plate",
+        plate,
+        supports=sm.Driven("left", axis=(1, 0, 0), rotation=lambda t: 0.01 if t > 0.01 else 0.0),
+        scheme="ep",
+        dt=4e-3,
+        t_end=0.02,
+    )
+    (sentence,) = [w for w in sm.run(scene, progress=False).warnings if "jumps by" in w]
+    assert "rotation jumps by 0.01 from t = 0.008 to 0.012" in sentence
