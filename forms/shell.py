@@ -115,7 +115,11 @@ def membrane_strain(a: Tangents, b: Tangents) -> Expr:
     With `a = b` half of it, less that of the reference, is the strain; see `forms.measure`.
     """
     return ufl.as_vector(
-        [ufl.dot(a.x1, b.x1), ufl.dot(a.x2, b.x2), ufl.dot(a.x1, b.x2) + ufl.dot(a.x2, b.x1)]
+        [
+            ufl.dot(a.x1, b.x1),
+            ufl.dot(a.x2, b.x2),
+            ufl.dot(a.x1, b.x2) + ufl.dot(a.x2, b.x1),
+        ]
     )
 
 
@@ -133,7 +137,10 @@ def bending_strain(a: Tangents, b: Tangents) -> Expr:
 def shear_strain(a: Tangents, b: Tangents) -> Expr:
     """Transverse shear strain, 13 and 23 of `E^T E` in eq. (9), as `membrane_strain`, (2,)."""
     return ufl.as_vector(
-        [ufl.dot(a.x1, b.d) + ufl.dot(a.d, b.x1), ufl.dot(a.x2, b.d) + ufl.dot(a.d, b.x2)]
+        [
+            ufl.dot(a.x1, b.d) + ufl.dot(a.d, b.x1),
+            ufl.dot(a.x2, b.d) + ufl.dot(a.d, b.x2),
+        ]
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,21 @@ PAUSE = 1e-3
 MEETING = 8.0
 # tag of the message that a rank ends
 FAILED = 3011
+# how long what a rank writes may take to be read: where one aborts, all that was not is lost [s]
+READ = 0.2
+
+
+def end_all(comm: MPI.Comm, sentence: str, code: int) -> None:
+    """End all ranks, of which others may wait for this one.
+
+    Args:
+        comm: The ranks.
+        sentence: Why.
+        code: Exit code.
+    """
+    print(sentence, file=sys.stderr, flush=True)
+    time.sleep(READ)
+    comm.Abort(code)
 
 
 def arrive(comm: MPI.Comm) -> None:

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
-from shellmb.barrier import met
+from shellmb.barrier import end_all, met
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.guarding import SIGNALS
 
@@ -117,9 +117,8 @@ def failing_together(comm: Any) -> Iterator[None]:
         if comm.size > 1 and not shared and not met(comm):
             if not isinstance(error, ShellmbError | OSError):
                 traceback.print_exc()
-            said = f"error: rank {comm.rank} fails alone, and all ranks end with it: {error}"
-            print(said, file=sys.stderr, flush=True)
-            comm.Abort(1)
+            why = f"error: rank {comm.rank} fails alone, and all ranks end with it: {error}"
+            end_all(comm, why, 1)
         raise
 
 

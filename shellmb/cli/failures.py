@@ -195,8 +195,7 @@ def _end_alone(sentence: str, code: int) -> None:
     MPI = sys.modules["mpi4py.MPI"]
     if not first_rank():
         time.sleep(PATIENCE)
-    print(sentence, file=sys.stderr, flush=True)
-    MPI.COMM_WORLD.Abort(code)
+    barrier.end_all(MPI.COMM_WORLD, sentence, code)
 
 
 def met() -> bool:

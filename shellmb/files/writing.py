@@ -32,18 +32,18 @@ CHECKSUM = "sha256"
 
 
 @contextmanager
-def drafted(file: Path, place: Callable[[Path, Path], object] = os.replace) -> Iterator[Path]:
+def drafted(file: Path, place: Callable[[Path, Path], object] | None = None) -> Iterator[Path]:
     """A new empty file beside another one, whose place it takes at the end, unless that fails.
 
     Args:
         file: The file.
-        place: Puts the new file in the place of the other one.
+        place: Puts the new file in the place of the other one; None: by its name.
     """
     draft = file.with_name(f".{uuid.uuid4().hex[:12]}{file.suffix}")
     os.close(os.open(draft, NEW, 0o666))
     try:
         yield draft
-        place(draft, file)
+        (place or Path.replace)(draft, file)
     except BaseException:
         draft.unlink(missing_ok=True)
         raise

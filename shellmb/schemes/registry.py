@@ -1,6 +1,7 @@
 """The schemes by name. Tests of order, energy, momenta and constraints run over this list."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from typing import Any, cast
 
 import numpy as np
@@ -8,6 +9,7 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
+from shellmb.scene.schemes import OwnScheme
 from shellmb.scene.schemes import Scheme as Given
 from shellmb.scene.values.validate import show
 from shellmb.schemes.base import END, Levels, Named, Scheme, Stage, Tangent, Values
@@ -53,7 +55,7 @@ def completed(scheme: Given) -> Scheme:
         scheme: The scheme, of a class that may be a user's.
 
     Raises:
-        SceneError: If it has states in between and not what they need.
+        SceneError: If it lacks a member, or has states in between and not what they need.
     """
     kind: Any = type(scheme)
     bundled = {name: type(make(1.0)) for name, make in SCHEMES.items()}
@@ -63,6 +65,8 @@ def completed(scheme: Given) -> Scheme:
         raise SceneError(
             f"scheme '{scheme.name}': a bundled scheme has this name; it must have another one"
         )
+    members = ((f.name, getattr(scheme, f.name, None)) for f in fields(OwnScheme))
+    OwnScheme(**{key: value for key, value in members if value is not None})
     if not issubclass(kind, Scheme):
         kind = type(kind.__name__, (kind, Scheme), {})
     whole: Any = object.__new__(type(kind.__name__, (_Checked, kind), {}))

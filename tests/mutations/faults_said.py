@@ -53,14 +53,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "round-off that decides is not said",
-        f"{WATCHES}/forces/undetermined.py",
+        f"{WATCHES}/unknown_forces.py",
         "KNOWN = 1e-6",
         "KNOWN = 1e-3",
         (f"{BOUNDS}[round-off]",),
     ),
     Fault(
         "forces that alternate are not said",
-        f"{WATCHES}/forces/unknown.py",
+        f"{WATCHES}/unknown_forces.py",
         "SHARE = 0.1",
         "SHARE = 0.4",
         (f"{BOUNDS}[alternation]",),
@@ -89,7 +89,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "the step that is advised is too long",
-        f"{WATCHES}/turns.py",
+        f"{WATCHES}/steps.py",
         "dt = turn.dt * bound / turn.largest",
         "dt = turn.dt * turn.largest / bound",
         (f"{NUMBERS}::test_from_the_bound_of_turns_on_the_angle_is_five_per_cent_off[ep]",),
@@ -103,14 +103,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a point that flies through a ball is looked for at the end of its step",
-        f"{WATCHES}/forces/contacts.py",
+        f"{WATCHES}/contacts.py",
         "group.penetrations(shape.nearest(start, end))",
         "group.penetrations(end)",
         (f"{NUMBERS}::test_how_deep_a_point_comes_within_a_step[0.2-0.6]",),
     ),
     Fault(
         "a wheel that is held down presses",
-        f"{WATCHES}/forces/rolling.py",
+        f"{WATCHES}/contacts.py",
         "self._note(name, -mean, simulation.t)",
         "self._note(name, -mean / 2, simulation.t)",
         (f"{NUMBERS}::test_by_how_much_a_rolling_joint_pulls[0.4]",),

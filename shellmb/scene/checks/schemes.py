@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Fixed, Support, at_rest, moves
-from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, OwnScheme, Traits
+from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import Sentences, error_of, listed, said, show
 
@@ -33,8 +32,6 @@ def scheme_rules(scene: Description, _: Any) -> Sentences:
     else:
         if not isinstance(getattr(scheme, "name", None), str) or isinstance(scheme, type):
             yield "scheme", f"it must be one of {listed(SCHEMES)}, or a scheme object with a name"
-        members = ((f.name, getattr(scheme, f.name, None)) for f in fields(OwnScheme))
-        OwnScheme(**{key: value for key, value in members if value is not None})
         if hasattr(scheme, "forms"):
             yield (
                 f"scheme '{name}' has a member 'forms', which nothing reads; its equations must be "
