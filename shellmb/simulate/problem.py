@@ -112,7 +112,8 @@ class Problem:
         self._relaxing = [own for branches in self.branches.values() for own in branches]
         self.system.couplings.extend(self.couplings)
         solver = model.scene.solver
-        newton = f"linear {solver.newton}" if scheme.linear else solver.newton
+        kind = "linear " if scheme.linear else "" if scheme.dynamic else "static "
+        newton = f"{kind}{solver.newton}"
         settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
         reduction = Reduction if solver.solve == "reduced" and is_native() else None
         self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)

@@ -40,7 +40,7 @@ class NewtonSettings:
         tolerance: Largest update of each part relative to its scale at which the iteration ends;
             the error left behind is of the square of it, convergence being quadratic.
         max_iterations: Iterations after which the step counts as failed.
-        newton: When to factorise: "full", "modified", "auto", the same behind "linear" (`refresh`).
+        newton: When to factorise: "full", "modified", "auto", the same behind "linear" or "static".
     """
 
     tolerance: float = 1e-8

@@ -21,10 +21,10 @@ SLOW = 0.5
 # cost of a factorisation beyond which it does not keep an iteration from one: small systems whose
 # forces jump took up to 28 of the 30 iterations that a solution may take, 16 with this, as quickly
 PATIENCE = 12.0
-# motion in one update, relative to the size of bodies, after which the Jacobian is another one:
-# with a fifth of it large steps of chains, balls and tapes take up to twice the factors, with twice
-# of it static paths take more
-FAR = 0.1
+# motion in one update, relative to the size of bodies, after which the Jacobian is another one: in
+# motion and in statics. With the second one large steps of chains, balls and tapes take up to twice
+# the factors; with the first one load steps of a vault fail
+FAR, STATIC_FAR = 0.1, 0.02
 # choices between two ways to begin a solution before the other one is tried: twice as many after
 # each trial that does not pay, up to so many
 RESTS = 32
@@ -139,10 +139,16 @@ class _Beginning:
 
 @dataclass
 class Modified(Refresh):
-    """One factorisation in each solution, and more where that one does not contract."""
+    """One factorisation in each solution, and more where that one does not contract.
+
+    Args:
+        keep: Whether the last one begins the next solution.
+        far: Motion in one update after which it is of no use, relative to the size of bodies.
+    """
 
     purpose = Purpose.LAGGED
     keep: bool = False
+    far: float = FAR
     _key: Hashable = field(default=None, init=False)
     _exists: bool = field(default=False, init=False)
     _updates: list[float] = field(default_factory=list, init=False)
@@ -225,7 +231,7 @@ class Modified(Refresh):
             # with factorisations at both states errors are squared; larger updates may be round-off
             self._serve(False)
             return True
-        if moved > FAR:
+        if moved > self.far:
             self._wanted = True
             self._first_far = self._first_far or self._count == 1
             return False
@@ -339,6 +345,9 @@ REFRESH: dict[str, Callable[[], Refresh]] = {
     "full": Refresh,
     "modified": Modified,
     "auto": automatic,
+    "static full": Refresh,
+    "static modified": lambda: Modified(far=STATIC_FAR),
+    "static auto": lambda: Modified(keep=True, far=STATIC_FAR),
     "linear full": Once,
     "linear modified": Once,
     "linear auto": trusting,
