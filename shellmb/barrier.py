@@ -24,10 +24,10 @@ def end_all(comm: MPI.Comm, sentence: str, code: int) -> None:
 
     Args:
         comm: The ranks.
-        sentence: Why.
+        sentence: Why; empty where that is written already.
         code: Exit code.
     """
-    print(sentence, file=sys.stderr, flush=True)
+    print(sentence, end="\n" if sentence else "", file=sys.stderr, flush=True)
     time.sleep(READ)
     comm.Abort(code)
 

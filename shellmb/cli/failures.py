@@ -230,7 +230,7 @@ class App(typer.Typer):
             except SystemExit as end:
                 code = end.code
                 if code and not met():
-                    sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(int(code))
+                    barrier.end_all(sys.modules["mpi4py.MPI"].COMM_WORLD, "", int(code))
             sys.stdout.flush()
         except Unprinted as error:
             sentence, failed = _sentence(error)

@@ -336,9 +336,8 @@ def hold_glued(scene: Scene, every: Sequence[Glued], given: Prescribed) -> list[
         glued.clamp(held)
         supports: tuple[Any, ...] = scene.supports
         for support in supports:
-            if (support.rotation or support.translation) and scene.bodies_of(support)[
-                0
-            ].name == glued.shell.name:
+            driven = support.rotation or support.translation
+            if driven and scene.bodies_of(support)[0].name == glued.shell.name:
                 moved = glued.driven(support) & ~held
                 glued.check_turned(support, moved, given)
                 who = f"the support Driven({support.at!r}) of '{glued.shell.name}'"
