@@ -15,8 +15,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-from shellmb.guarding import isolate
-
 __version__ = "0.1.0"
 
 # functions that the stub writes out, with their options or by cases; it imports all others from
@@ -31,9 +29,6 @@ _WRITTEN_OUT = {
     "frequency_sensitivities": "shellmb.api.sensitivity.run",
 }
 _PACKAGES = ("errors", "forms", "scene")
-
-
-isolate()
 
 
 @functools.cache

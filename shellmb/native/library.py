@@ -7,6 +7,7 @@ import logging
 import sys
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -21,9 +22,8 @@ import numpy.typing as npt
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import RunError
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
-from shellmb.native.compiling.folder import cache_folder, raise_together
+from shellmb.native.compiling.folder import SAY, cache_folder, raise_together
 from shellmb.native.compiling.source import INSTALLED, compile_c, named_source, write_c
-from shellmb.native.compiling.store import is_intact, loading
 
 _log = logging.getLogger(__name__)
 
@@ -46,11 +46,11 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     failure: Exception | None = None
     if comm.rank == 0:
         try:
-            _build()
+            _found().result()
         except Exception as error:
             failure = error
     raise_together(failure, "the loops over cells could not be compiled", comm)
-    module = _build()
+    module = _found().result()
     functions = [_address(_of_scipy("cython_blas"), "dgemm")]
     lapack = _of_scipy("cython_lapack")
     functions += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
@@ -197,48 +197,58 @@ def begin(comm: MPI.Comm) -> None:
             f"level of the oldest by the environment variable {FORCED_LEVEL}, and the same "
             f"{FORCED_LANES}, if any"
         )
-    # a cache that cannot be used is told by all ranks
-    cache_folder()
     if comm.rank == 0:
-        _compiled()
+        _found()
 
 
 @cache
-def _compiled() -> tuple[Path, str, Future[None] | None]:
-    """Path where the module is, or will be, and its name."""
+def _found() -> Future[ModuleType]:
+    """The module: as it was installed, as an earlier run compiled it, or once it is compiled."""
     named = named_source()
     name, *_ = named
-    if is_intact(INSTALLED, name) and _loads(INSTALLED):
-        return INSTALLED, name, None
-    where = cache_folder()
-    target = where / f"{name}.so"
-    if is_intact(target, name):
-        return target, name, None
+    found: Future[ModuleType] = Future()
+    # what was installed, or is damaged, may be another one, or of a newer system
+    with suppress(ImportError):
+        found.set_result(_load(name, INSTALLED))
+        return found
+    folder = cache_folder()
+    target = folder / f"{name}.so"
+    with suppress(ImportError):
+        found.set_result(_load(name, target))
+        return found
     _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
-    scratch = write_c(where, named)
+    scratch = write_c(folder, named)
     pool = ThreadPoolExecutor(max_workers=1)
-    done = pool.submit(compile_c, scratch, target)
+    found = pool.submit(_compile, name, scratch, target)
     pool.shutdown(wait=False)
-    return target, name, done
+    return found
 
 
-def _loads(library: Path) -> bool:
-    """Decide whether this system can load it: what was installed may come from a newer one."""
+def _compile(name: str, source: Path, target: Path) -> ModuleType:
+    """Compile and load the module.
+
+    Raises:
+        RunError: If there is no compiler, or it fails, or what it writes cannot be loaded.
+    """
+    compile_c(source, target)
     try:
-        ctypes.CDLL(str(library))
-    except OSError:
-        return False
-    return True
+        return _load(name, target)
+    except ImportError as error:
+        target.unlink(missing_ok=True)
+        raise RunError(
+            f"what the C compiler writes, {target}, cannot be loaded ({error}): see that files may "
+            f"be executed there, or {SAY}, or another compiler by CC"
+        ) from error
 
 
-@cache
-def _build() -> ModuleType:
-    target, name, compiling = _compiled()
-    if compiling is not None:
-        compiling.result()
-    spec = importlib.util.spec_from_file_location(name, target)
+def _load(name: str, library: Path) -> ModuleType:
+    """Load the module.
+
+    Raises:
+        ImportError: If there is no such file, or it is no such library.
+    """
+    spec = importlib.util.spec_from_file_location(name, library)
     assert spec is not None and spec.loader is not None
-    with loading(target):
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
     return module

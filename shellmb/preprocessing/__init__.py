@@ -1,4 +1,4 @@
 """Analyses of a model before its run: bodies reduced to modes, constraints that can be solved."""
 
-# before dolfinx and petsc4py, whichever module of this package is imported first
-from mpi4py import MPI as _MPI  # noqa: F401
+# before any of these is used, whichever module of this package is imported first
+import shellmb.libraries  # noqa: F401

@@ -22,7 +22,7 @@ SHOWN = ("forms", "shellmb/api", "shellmb/scene", "shellmb/schemes", "shellmb/er
 # sentences of errors that stay: of what is written to disk
 MESSAGES = {
     ("shellmb/native/compiling/source.py", "room"),
-    ("shellmb/native/compiling/store.py", "room"),
+    ("shellmb/native/compiling/folder.py", "room"),
 }
 # made when the documentation is built
 BUILT = {"_build", "commands.md"}

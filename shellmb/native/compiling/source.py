@@ -10,14 +10,14 @@ import shlex
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import cffi  # type: ignore[import-untyped]
 
 from shellmb.errors import RunError
 from shellmb.native.compiling.flags import COMPILER_FLAGS
-from shellmb.native.compiling.store import SAY, is_library, seal, writing
+from shellmb.native.compiling.folder import SAY, writing
 from shellmb.native.programs.translation import CODES
 
 NATIVE = Path(__file__).parents[1]
@@ -89,25 +89,23 @@ def compile_c(source: Path, target: Path) -> None:
     made = source.with_suffix(".so")
     try:
         include = f"-I{sysconfig.get_path('include')}"
-        begins = f"PyInit_{source.name.partition('.')[0]}"
         with writing(target.parent):
-            _run_compiler([*COMPILER_FLAGS, include, str(source)], made, [begins])
+            _run_compiler([*COMPILER_FLAGS, include, str(source)], made)
             # at once: another process may look for it at any moment
             made.replace(target)
     finally:
         source.unlink()
 
 
-def _run_compiler(arguments: Sequence[str], made: Path, symbols: Iterable[str]) -> None:
+def _run_compiler(arguments: Sequence[str], made: Path) -> None:
     """Make a shared library.
 
     Args:
         arguments: Of the C compiler, which is `$CC`, or the one of Python.
         made: The library, a file that nobody looks for.
-        symbols: Names that it has to have.
 
     Raises:
-        RunError: If there is no compiler, or it fails, or what it writes is no library.
+        RunError: If there is no compiler, or it fails.
     """
     compiler = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
     try:
@@ -131,12 +129,3 @@ def _run_compiler(arguments: Sequence[str], made: Path, symbols: Iterable[str]) 
         made.unlink(missing_ok=True)
         full = f"; {SAY}, or make room" if "No space left" in done.stderr else ""
         raise RunError(f"the C compiler fails{full}: {shlex.join(command)}\n{done.stderr}")
-    content = made.read_bytes() if made.is_file() else b""
-    if not is_library(content) or not all(name.encode() in content for name in symbols):
-        made.unlink(missing_ok=True)
-        raise RunError(
-            f"the C compiler '{compiler}' ends without an error, and what it writes is not the "
-            "library that was requested; install gcc, or name another compiler by the environment "
-            "variable CC"
-        )
-    seal(made)

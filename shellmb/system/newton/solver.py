@@ -14,7 +14,7 @@ from petsc4py import PETSc
 from dolfinx import cpp, log  # type: ignore[attr-defined]
 
 from shellmb.errors import ConvergenceError
-from shellmb.native.silence_cerr import without_messages
+from shellmb.guarding import silenced
 from shellmb.system.newton.iteration import Iteration
 
 # DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a
@@ -120,7 +120,7 @@ class LoopNewton:
 
     def _dolfinx(self) -> Callable[[PETSc.Vec], tuple[int, bool]]:
         """DOLFINx's solver, which says at each call of its constructor that it is deprecated."""
-        with without_messages():
+        with silenced(2):
             solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
         running = self._running = Running[LoopNewton]()
         solver.setF(lambda x, b: running.now.iteration.residual(x, b), self.system.b)
