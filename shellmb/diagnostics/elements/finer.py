@@ -151,11 +151,15 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     scene, shells, found = simulation.scene, simulation.model.shells, None
     flat = {name for name, body in shells.items() if not Mesh(body).curved}
     still: dict[str, Any] = {"scheme": "linear-statics", "dt": scene.t_end}
-    bent = (name in flat and _bends(simulation, name, q) for name, q in states.items())
-    if scene.static and scene.path is None and not simulation.scheme.linear and any(bent):
+    bent = (
+        _bends(simulation, name, q) and (scene.static or _stretched(simulation, name))
+        for name, q in states.items()
+        if name in flat
+    )
+    if scene.path is None and not simulation.scheme.linear and any(bent):
         # what stretches as it bends carries loads otherwise than small ones, by layers around
-        # points that hold it: all loads act at once
-        whole = replace(scene, dt=scene.t_end)
+        # points that hold it: all loads act at once, those of a motion as they are at its end
+        whole = scene.with_options(scheme="static", dt=scene.t_end)
         if found := _beside(simulation, lambda: whole, False):
             return found
     if scene.static:
@@ -199,6 +203,16 @@ def _bends(simulation: Simulation, name: str, q: Floats) -> bool:
     across = q[body.mixed.dofs["u"]].reshape(-1, 3) @ body.node_directors()[:1, 0].T
     far = float(np.max(np.abs(across), initial=0.0))
     return simulation.model.comm.allreduce(far, op=MPI.MAX) > body.section.sizes.thickness / 2
+
+
+def _stretched(simulation: Simulation, name: str) -> bool:
+    """Decide whether points hold more along a flat shell than its rigid motions; collective."""
+    body = simulation.model.shells[name]
+    fixed = np.concatenate([np.zeros(0, np.int32), *(each.dofs for each in body.fixed)])
+    held = np.isin(body.mixed.dofs["u"], fixed).reshape(-1, 3)
+    owned = held[: body.mixed.subspaces["u"].dofmap.index_map.size_local]
+    along = float(np.sum(owned @ (1 - body.node_directors()[:1, 0].T ** 2)))
+    return simulation.model.comm.allreduce(along) > 3.5 and any(_points(simulation, name))
 
 
 def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> Finer | None:
