@@ -38,7 +38,6 @@ def cache_folder() -> Path:
         raise RunError(
             f"the cache of loops, {folder}, is not used: other users can write it, and put "
             f"programs there; remove that permission (chmod go-w), or {SAY}",
-            alone=True,
         )
     return folder
 
@@ -59,7 +58,6 @@ def writing(folder: Path) -> Iterator[None]:
         raise RunError(
             f"the compiled loops cannot be written to {folder} ({error.strerror or error}); make "
             f"room, or {SAY}",
-            alone=True,
         ) from error
 
 
