@@ -1,12 +1,9 @@
 """The loops in C over cells and nodes, compiled at installation, or else at first use."""
 
 import ctypes
-import importlib.machinery
 import importlib.util
 import logging
-import sys
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -27,6 +24,9 @@ from shellmb.native.compiling.source import INSTALLED, compile_c, named_source, 
 
 _log = logging.getLogger(__name__)
 
+# functions of BLAS and LAPACK, which PETSc needs, too, and of PETSc itself
+OF_PETSC = ["dgemm_", "dgetrf_", "dgetri_", "MatSolve"]
+OF_PETSC += [f"Vec{do}Array{kind}" for kind in ("Read", "") for do in ("Get", "Restore")]
 # bytes that vectors of any processor begin at multiples of
 LINE = 64
 # of arrays by the letters of their types: names of these take longer than all else here
@@ -41,23 +41,24 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
         comm: The first of its ranks compiles.
 
     Raises:
-        RunError: If the C compiler fails; on all ranks.
+        RunError: If ranks are on different processors, or the C compiler fails; on all ranks.
     """
+    if len({" ".join(flags) for flags in comm.allgather(COMPILER_FLAGS)}) > 1:
+        raise RunError(
+            "the ranks run on different processors, whose compiled loops differ: give all the "
+            f"level of the oldest by the environment variable {FORCED_LEVEL}, and the same "
+            f"{FORCED_LANES}, if any"
+        )
     failure: Exception | None = None
     if comm.rank == 0:
         try:
-            _found().result()
+            _module()
         except Exception as error:
             failure = error
     raise_together(failure, "the loops over cells could not be compiled", comm)
-    module = _found().result()
-    functions = [_address(_of_scipy("cython_blas"), "dgemm")]
-    lapack = _of_scipy("cython_lapack")
-    functions += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
-    petsc = ctypes.CDLL(PETSc.__file__)
-    arrays = (f"Vec{do}Array{kind}" for kind in ("Read", "") for do in ("Get", "Restore"))
-    own = [ctypes.cast(petsc[name], ctypes.c_void_p).value for name in ("MatSolve", *arrays)]
-    module.lib.use_libraries([module.ffi.cast("void *", f) for f in (*functions, *own)])
+    module, petsc = _module(), ctypes.CDLL(PETSc.__file__)
+    functions = [ctypes.cast(petsc[name], ctypes.c_void_p).value for name in OF_PETSC]
+    module.lib.use_libraries([module.ffi.cast("void *", f) for f in functions])
     return module
 
 
@@ -151,88 +152,20 @@ def whole_lines(size: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     return spare[first : first + size]
 
 
-def _of_scipy(name: str) -> ModuleType:
-    """A module of `scipy.linalg` without the package, which takes as long to import as DOLFINx.
-
-    Where the package is loaded already, or later, it has the same module.
-    """
-    full = f"scipy.linalg.{name}"
-    if full in sys.modules:
-        return sys.modules[full]
-    scipy = importlib.util.find_spec("scipy")
-    folders = [str(Path(at, "linalg")) for at in (scipy and scipy.submodule_search_locations) or ()]
-    spec = importlib.machinery.PathFinder.find_spec(full, folders)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"there is no {full}; SciPy is incomplete")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[full] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-def _address(module: Any, name: str) -> int:
-    """Address of a BLAS or LAPACK function that SciPy exports to Cython."""
-    capsule = module.__pyx_capi__[name]
-    api = ctypes.pythonapi
-    api.PyCapsule_GetName.restype = ctypes.c_char_p
-    api.PyCapsule_GetName.argtypes = [ctypes.py_object]
-    api.PyCapsule_GetPointer.restype = ctypes.c_void_p
-    api.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
-    return int(api.PyCapsule_GetPointer(capsule, api.PyCapsule_GetName(capsule)))
-
-
-def begin(comm: MPI.Comm) -> None:
-    """Compile the functions, where that is still to be done, while other things happen.
-
-    Args:
-        comm: Its first rank compiles for all.
-
-    Raises:
-        RunError: If ranks are on different processors; on all of them.
-    """
-    kinds = {" ".join(flags) for flags in comm.allgather(COMPILER_FLAGS)}
-    if len(kinds) > 1:
-        raise RunError(
-            "the ranks run on different processors, whose compiled loops differ: give all the "
-            f"level of the oldest by the environment variable {FORCED_LEVEL}, and the same "
-            f"{FORCED_LANES}, if any"
-        )
-    if comm.rank == 0:
-        # all ranks tell what fails, where they need it
-        with suppress(RunError):
-            _found()
-
-
 @cache
-def _found() -> Future[ModuleType]:
-    """The module: as it was installed, as an earlier run compiled it, or once it is compiled."""
+def _module() -> ModuleType:
+    """The module: as it was installed, as an earlier run compiled it, or compiled now."""
     named = named_source()
     name, *_ = named
-    found: Future[ModuleType] = Future()
     # what was installed, or is damaged, may be another one, or of a newer system
     with suppress(ImportError):
-        found.set_result(_load(name, INSTALLED))
-        return found
+        return _load(name, INSTALLED)
     folder = cache_folder()
     target = folder / f"{name}.so"
     with suppress(ImportError):
-        found.set_result(_load(name, target))
-        return found
+        return _load(name, target)
     _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
-    scratch = write_c(folder, named)
-    pool = ThreadPoolExecutor(max_workers=1)
-    found = pool.submit(_compile, name, scratch, target)
-    pool.shutdown(wait=False)
-    return found
-
-
-def _compile(name: str, source: Path, target: Path) -> ModuleType:
-    """Compile and load the module.
-
-    Raises:
-        RunError: If there is no compiler, or it fails, or what it writes cannot be loaded.
-    """
-    compile_c(source, target)
+    compile_c(write_c(folder, named), target)
     try:
         return _load(name, target)
     except ImportError as error:

@@ -36,7 +36,7 @@ def make_build(cache: Path, monkeypatch: pytest.MonkeyPatch):
 
     def build() -> tuple[Path, bool]:
         written.clear()
-        module = native._found.__wrapped__().result()
+        module = native._module.__wrapped__()
         return Path(module.__file__), bool(written)
 
     written: list[Path] = []

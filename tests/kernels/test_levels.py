@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -83,7 +84,7 @@ os.environ["SHELLMB_KERNEL_LANES"] = "24"[rank]
 from shellmb.errors import RunError
 from shellmb.native import library as native
 try:
-    native.begin(MPI.COMM_WORLD)
+    native.cells()
 except RunError as error:
     said = MPI.COMM_WORLD.gather(str(error))
     if rank == 0:
@@ -137,12 +138,14 @@ def test_an_installed_library_is_used_where_it_fits(tmp_path, monkeypatch) -> No
         monkeypatch.setattr(module, "COMPILER_FLAGS", quick)
     library = installed(tmp_path)
     monkeypatch.setattr(native, "cache_folder", lambda: tmp_path / "empty")
-    monkeypatch.setattr(native, "_compile", lambda *_: None)
+    monkeypatch.setattr(native, "compile_c", lambda *_: None)
     monkeypatch.setattr(native, "write_c", lambda *_: None)
     monkeypatch.setattr(native, "INSTALLED", library)
 
     def used() -> bool:
-        return native._found.__wrapped__().result() is not None
+        with suppress(RunError):
+            return bool(native._module.__wrapped__())
+        return False
 
     assert used()
     with monkeypatch.context() as patch:

@@ -20,8 +20,6 @@ from ufl import Form
 
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
-from shellmb.native import library as native
-from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import together
 from shellmb.system.assembly.fields import DependentFunctions, Field, following, general_position
@@ -85,8 +83,6 @@ class BlockSystem:
         self.x = PETSc.Vec().createMPI(sizes, comm=comm)
         self.b = self.x.duplicate()
         start = now()
-        if is_native():
-            native.begin(comm)
         self._compile()
         self.follow = following(followers)
         self.jit_seconds = now() - start
