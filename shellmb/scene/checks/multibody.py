@@ -11,6 +11,7 @@ from shellmb.scene.checks.names import EDGES, check_place
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Description
 from shellmb.scene.lookup import connected
+from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.elements import Driver, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
@@ -195,10 +196,27 @@ def relation_rules(scene: Description, relation: Any) -> Sentences:
             )
         who = f"{relation.said}: value over time"
         finite_in_time(function, scene.given_until, who, 1, relation.above)
+
+
+def coupling_rules(scene: Description, coupling: Relation) -> Sentences:
+    """Refuse couplings of too few coordinates, of one to itself, and of others than rotations.
+
+    Args:
+        scene: The scene.
+        coupling: The coupling.
+    """
+    terms = coupling.terms
     # a joint's name alone, and with its only coordinate, are one
-    terms = getattr(relation, "terms", ())
-    if len({(term.joint, scene.coordinates_of(term)) for term in terms}) < len(terms):
-        raise relation.repeated(terms)
+    coupled = {(term.joint, scene.coordinates_of(term)[0]) for term in terms}
+    if len(coupled) < max(len(terms), 2):
+        names = show([term.joint for term in terms])
+        yield f"its coordinates are {names}; it must have two or more, each once"
+    for joint, coordinate in sorted(coupled) if coupling.turns else ():
+        if coordinate != "rotation":
+            yield (
+                f"it turns, and the coordinate of joint '{joint}' is a {coordinate}; it must be a "
+                "rotation, or the coupling a Gear, whose ratio may have a length"
+            )
 
 
 def glue_rules(scene: Description, glue: Glue) -> Sentences:
@@ -375,6 +393,7 @@ RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = 
     ("coupled", coordinate_rules),
     ("joints", relation_rules),
     ("couplings", relation_rules),
+    ("couplings", coupling_rules),
     ("point_elements", check_ends),
     ("glues", glue_rules),
     ("beams", beam_rules),
