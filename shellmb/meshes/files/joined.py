@@ -75,12 +75,21 @@ def joined(x: Floats, blocks: Sequence[Block], part: float) -> tuple[Ints, float
     room = size[pairs].min(axis=1)
     near = away <= part * room
     pairs, far = pairs[near], float((away / room)[near].max(initial=0.0))
-    graph = scipy.sparse.coo_array(
-        (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(x), len(x))
-    )
-    _, label = connected_components(graph, directed=False)
+    label = components(len(x), *pairs.T)
     _, first = np.unique(label, return_index=True)
     return np.asarray(first[label], dtype=np.int64), far
+
+
+def components(count: int, first: Ints, second: Ints) -> Ints:
+    """A number of each of some things, which is the same for those that pairs tie together.
+
+    Args:
+        count: How many things there are.
+        first: The first of each pair.
+        second: The second of each pair.
+    """
+    graph = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def empty(x: Floats, cells: Ints, cell: Cell) -> np.ndarray:
@@ -139,8 +148,7 @@ def oriented(x: Floats, cells: Ints, cell: Cell, name: str) -> Floats:
     # each cell twice, as it is and turned over, and neighbours joined as they have one side
     turned = np.where(opposite, 0, count)
     ends = np.hstack([(first, second + turned), (first + count, second + count - turned)])
-    graph = scipy.sparse.coo_array((np.ones(ends.shape[1]), tuple(ends)), shape=(2 * count,) * 2)
-    label, over = connected_components(graph, directed=False)[1].reshape(2, count)
+    label, over = components(2 * count, *ends).reshape(2, count)
     if np.any(label == over):
         raise SceneError(
             f"shell '{name}': its mesh has one side only, like a Moebius strip; "

@@ -8,13 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse
-from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.abaqus import read_abaqus
-from shellmb.meshes.files.joined import doubles, empty, gaps, joined, oriented
+from shellmb.meshes.files.joined import Gap, components, doubles, empty, gaps, joined, oriented
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran
@@ -114,10 +112,15 @@ def _many(count: int, thing: str, one: str, several: str) -> str:
     )
 
 
+def _few(texts: Sequence[str]) -> str:
+    """The first of some texts, and how many more there are."""
+    more = f" and {len(texts) - PLACES} more" if len(texts) > PLACES else ""
+    return ", ".join(texts[:PLACES]) + more
+
+
 def _places(x: Floats, size: float) -> str:
     """Some positions in words."""
-    more = f" and {len(x) - PLACES} more" if len(x) > PLACES else ""
-    return ", ".join(shown(p, size) for p in x[:PLACES]) + more
+    return _few([shown(p, size) for p in x])
 
 
 def _size(x: Floats) -> float:
@@ -315,19 +318,17 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
     if not found:
         return
     size = _size(raw.x)
-    sides = [gap for gap in found if len(gap.ends) == 2]
-    places = [
-        f"the side of {gap.length:.4g} m from {shown(gap.ends[0], size)} to "
-        f"{shown(gap.ends[1], size)} has {_places(raw.x[list(gap.nodes)], size)} on it"
-        for gap in sides
-    ]
-    places += [
-        f"the node {shown(gap.ends[0], size)} lies on another element"
-        for gap in found
-        if len(gap.ends) == 1
-    ]
+
+    def said(gap: Gap) -> str:
+        first, *last = (shown(end, size) for end in gap.ends)
+        if not last:
+            return f"the node {first} lies on another element"
+        on = _places(raw.x[list(gap.nodes)], size)
+        return f"the side of {gap.length:.4g} m from {first} to {last[0]} has {on} on it"
+
+    places = [said(gap) for gap in found]
     more = f"; {len(places) - PLACES} more" if len(places) > PLACES else ""
-    length = sum(gap.length for gap in sides)
+    length = sum(gap.length for gap in found)
     text = (
         f"{who}: its mesh touches itself without being joined at {len(places)} "
         f"place{'s' if len(places) > 1 else ''}, {length:.4g} m of sides: "
@@ -345,34 +346,21 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
 
 def _say_pieces(raw: RawMesh, who: str) -> None:
     """Name the pieces of a mesh that nothing in it joins, or that meet in single nodes only."""
-    corners = raw.vertices
-    every = facets(raw.cells, raw.cell).reshape(-1, 2)
-    count = len(raw.cells)
-    _, side = np.unique(every, axis=0, return_inverse=True)
-    owner = np.repeat(np.arange(count), len(FACETS[raw.cell]))
-    by_side = _components(count, owner, side.ravel())
-    by_node = _components(
-        count, np.repeat(np.arange(count), corners.shape[1]), np.asarray(corners.ravel())
-    )
-    for label, how in ((by_node, "share no nodes"), (by_side, "meet in single nodes only")):
+    corners, count = raw.vertices, len(raw.cells)
+    sides = facets(raw.cells, raw.cell).reshape(-1, 2)
+    side = np.unique(sides, axis=0, return_inverse=True)[1].reshape(count, -1)
+    for parts, how in ((corners, "share no nodes"), (side, "meet in single nodes only")):
+        owner = np.repeat(np.arange(count), parts.shape[1])
+        label = components(count + int(parts.max()) + 1, owner, count + parts.ravel())[:count]
         pieces, first, counts = np.unique(label, return_index=True, return_counts=True)
         if len(pieces) == 1:
             continue
-        size = _size(raw.x)
-        at = [shown(raw.x[corners[k]].mean(axis=0), size) for k in first]
+        at = [shown(raw.x[corners[k]].mean(axis=0), _size(raw.x)) for k in first]
         each = [
             f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
         ]
-        more = f" and {len(each) - PLACES} more" if len(each) > PLACES else ""
         warn(
-            f"{who}: its mesh is in {len(each)} pieces that {how}: "
-            f"{', '.join(each[:PLACES])}{more}; what holds one of them does not hold the others"
+            f"{who}: its mesh is in {len(each)} pieces that {how}: {_few(each)}; what holds one of "
+            "them does not hold the others"
         )
         return
-
-
-def _components(count: int, cells: Ints, things: Ints) -> Ints:
-    """Pieces of cells that have things in common."""
-    ones = np.ones(len(cells))
-    having = scipy.sparse.coo_array((ones, (cells, things)), shape=(count, things.max() + 1))
-    return np.asarray(connected_components(having @ having.T, directed=False)[1])
