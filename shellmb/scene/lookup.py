@@ -11,7 +11,6 @@ from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.bodies import UserBody
-from shellmb.scene.values.validate import kind_of as kind_of
 from shellmb.scene.values.validate import listed as listed
 from shellmb.scene.values.validate import said as said
 

@@ -177,10 +177,6 @@ class _Shape(BeamSection):
         return self.E / (2 * (1 + self.nu))
 
     @property
-    def _nu(self) -> float:
-        return self.E / (2 * self.shear_modulus) - 1
-
-    @property
     def area(self) -> float:
         """Area [m^2]."""
         raise NotImplementedError
@@ -330,7 +326,8 @@ class _Round(_Shape):
         """Shear corrections [-], given or by Cowper, J. Appl. Mech. 33 (1966) 335-340, table 1."""
         if self.shear_correction is not None:
             return self.shear_correction, self.shear_correction
-        nu, m = self._nu, self.hole / self.radius
+        # Poisson's ratio that belongs to both moduli
+        nu, m = self.E / (2 * self.shear_modulus) - 1, self.hole / self.radius
         p = (1 + m**2) ** 2
         k = 6 * (1 + nu) * p / ((7 + 6 * nu) * p + (20 + 12 * nu) * m**2)
         return k, k

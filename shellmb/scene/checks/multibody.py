@@ -355,19 +355,11 @@ def _carried(scene: Description) -> set[str]:
     """
     driven = {(d.joint, c) for d in scene.drivers for c in d.coordinates}
     found: set[str] = set()
-    ties = [
-        (joint, end, other)
-        for joint in scene.joints
-        if joint.active is None
-        and (
-            joint.of_regions
-            or (
-                isinstance(joint, DRIVEN)
-                and all((joint.name, freedom) in driven for freedom in joint.freedoms)
-            )
-        )
-        for end, other in ((joint.first, joint.second), (joint.second, joint.first))
-    ]
+    ties = []
+    for joint in scene.joints:
+        given = all((joint.name, freedom) in driven for freedom in joint.freedoms)
+        if joint.active is None and (joint.of_regions or (isinstance(joint, DRIVEN) and given)):
+            ties += [(joint, joint.first, joint.second), (joint, joint.second, joint.first)]
     for _ in ties:
         for joint, end, name in ties:
             other: Any = scene.end(name, joint.said)

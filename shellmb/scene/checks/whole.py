@@ -23,7 +23,7 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join
 from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time, values_at
-from shellmb.scene.values.validate import Sentences, as_names, error_of, kind_of, refuse, said, show
+from shellmb.scene.values.validate import Sentences, as_names, error_of, refuse, said, show
 
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")
@@ -102,7 +102,7 @@ def scene_rules(scene: Description, _: Any) -> Sentences:
     for body in scene.bodies:
         if body.name == GROUND:
             yield (
-                f"a {kind_of(body)} is named '{GROUND}'; it must have another name, because this "
+                f"a {body.label} is named '{GROUND}'; it must have another name, because this "
                 "one is reserved"
             )
     for what in ("shells", *NAMED, EVENTS):
