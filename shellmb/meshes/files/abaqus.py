@@ -19,24 +19,13 @@ from shellmb.meshes.files.kinds import FileContent
 
 # shells, membranes, and cells of plane models, by their numbers of nodes
 SHELL = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|CPS|CPE|CAX)([34689])")
-OF_COUNT = {3: "tri3", 6: "tri6", 4: "quad4", 8: "quad8", 9: "quad9"}
 # keywords that make or move nodes and elements, which are not carried out
 MAKE = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPERFECTION"}
 # keywords that tie nodes to one another
-TIES = {
-    "TIE",
-    "MPC",
-    "EQUATION",
-    "COUPLING",
-    "KINEMATIC COUPLING",
-    "DISTRIBUTING COUPLING",
-    "RIGID BODY",
-    "EMBEDDED ELEMENT",
-    "SHELL TO SOLID COUPLING",
-    "FASTENER",
-    "MASS",
-    "ROTARY INERTIA",
-}
+TIES = re.compile(
+    r"TIE|MPC|EQUATION|((KINEMATIC|DISTRIBUTING|SHELL TO SOLID) )?COUPLING|RIGID BODY"
+    r"|EMBEDDED ELEMENT|FASTENER|MASS|ROTARY INERTIA"
+)
 # sets have no more elements that are counted up
 LONGEST = 10**7
 
@@ -46,7 +35,7 @@ class _Part:
     """Content of one part: positions by node, kind and nodes by element, elements by set."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
-    elements: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
+    elements: dict[int, list[int]] = field(default_factory=dict)
     sets: dict[str, list[int]] = field(default_factory=dict)
 
 
@@ -116,7 +105,7 @@ class _Reader:
             self._elements(options, data)
         elif name == "ELSET":
             self._set(options, data)
-        elif name in TIES:
+        elif TIES.fullmatch(name):
             self.left_out[f"*{name}"] += 1
         elif name in ("SHELL SECTION", "SHELL GENERAL SECTION"):
             if "OFFSET" in options and not _is_zero(options["OFFSET"]):
@@ -140,7 +129,7 @@ class _Reader:
                 raise ValueError(f"{kind} has {count} nodes")
             for k in range(0, len(flat), count + 1):
                 numbers.append(flat[k])
-                element = OF_COUNT[count], flat[k + 1 : k + count + 1]
+                element = flat[k + 1 : k + count + 1]
                 if self.here.elements.setdefault(flat[k], element) != element:
                     raise SceneError(
                         f"{self.who}: element {flat[k]} is there twice, with different nodes; "
@@ -226,7 +215,7 @@ class _Reader:
             rows = {number: len(x) + k for k, number in enumerate(part.nodes)}
             x += list(_moved(np.array(list(part.nodes.values())).reshape(-1, 3), moved))
             places = {}
-            for number, (kind, nodes) in part.elements.items():
+            for number, nodes in part.elements.items():
                 missing = [node for node in nodes if node not in rows]
                 if missing:
                     raise SceneError(
@@ -234,7 +223,7 @@ class _Reader:
                         "of *NODE"
                     )
                 places[number] = len(found.cells)
-                found.cells.append((kind, [rows[node] for node in nodes]))
+                found.cells.append([rows[node] for node in nodes])
             own = [(name, numbers) for name, numbers in part.sets.items()]
             own += [(name, by[instance]) for name, by in self.assembly.items() if instance in by]
             for name, numbers in own:

@@ -13,17 +13,18 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import cards, integer, real
-from shellmb.meshes.files.kinds import KINDS, FileContent
+from shellmb.meshes.files.kinds import CELLS, FileContent
+from shellmb.meshes.raw import vertex_count
 
-# card -> kind, and the field of the offset from the nodes, before which is that of the direction
+# card -> number of nodes, and the field of the offset from them, before which is the direction
 SHELLS = {
-    "CTRIA3": ("tri3", 7),
-    "CTRIAR": ("tri3", 7),
-    "CTRIA6": ("tri6", 10),
-    "CQUAD4": ("quad4", 8),
-    "CQUADR": ("quad4", 8),
-    "CQUAD8": ("quad8", 16),
-    "CQUAD": ("quad9", 13),
+    "CTRIA3": (3, 7),
+    "CTRIAR": (3, 7),
+    "CTRIA6": (6, 10),
+    "CQUAD4": (4, 8),
+    "CQUADR": (4, 8),
+    "CQUAD8": (8, 16),
+    "CQUAD": (9, 13),
 }
 SYSTEM = re.compile(r"CORD([12])([RCS])")
 # cards with C that are no elements
@@ -67,8 +68,8 @@ def read_nastran(path: Path, who: str) -> FileContent:
             if TIES.match(card[0]) or (card[0][0] == "C" and not OTHERS.match(card[0])):
                 left_out[card[0]] += 1
             continue
-        kind, offset = SHELLS[card[0]]
-        nodes = _nodes(card, kind, numbers, x, who)
+        count, offset = SHELLS[card[0]]
+        nodes = _nodes(card, count, numbers, x, who)
         if card[0] != "CQUAD" and real(card, offset, who) != 0:
             left_out[f"ZOFFS of {card[0]}"] += 1
         # an angle from the first side is a number, a coordinate system a whole one
@@ -79,7 +80,7 @@ def read_nastran(path: Path, who: str) -> FileContent:
         if part in offsets:
             left_out[offsets[part]] += 1
         found.groups.setdefault(f"PID {part}", []).append(len(found.cells))
-        found.cells.append((kind, nodes))
+        found.cells.append(nodes)
     found.x = np.array(x, dtype=float).reshape(-1, 3)
     return found
 
@@ -104,11 +105,10 @@ def _offsets(deck: list[list[str]], who: str) -> Iterator[tuple[int | None, str]
 
 
 def _nodes(
-    card: list[str], kind: str, numbers: dict[int, int], x: list[Floats], who: str
+    card: list[str], count: int, numbers: dict[int, int], x: list[Floats], who: str
 ) -> list[int]:
     """Rows of the nodes of a shell; middles of sides that are left empty are made."""
-    cell, count = KINDS[kind]
-    corners = 3 if cell == "tri" else 4
+    corners = vertex_count(CELLS[count])
     nodes: list[int] = []
     for k in range(count):
         number = integer(card, 3 + k, who)

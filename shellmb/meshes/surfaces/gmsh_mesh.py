@@ -17,8 +17,8 @@ from shellmb.scene import GmshFile, GmshModel, Shell
 from shellmb.scene.shells.gmsh_surfaces import CAD, Meshed
 from shellmb.scene.values.validate import listed
 
-# gmsh's element type -> kind
-CELLS = {2: "tri3", 9: "tri6", 3: "quad4", 16: "quad8", 10: "quad9"}
+# gmsh's types of elements of shells: triangles with 3 and 6 nodes, quadrilaterals with 4, 8 and 9
+SHELLS = (2, 9, 3, 16, 10)
 # the options shellmb relies on; a session that is open gets its own values back
 OPTIONS = {
     "General.Terminal": 0,
@@ -185,12 +185,11 @@ def _take_cells(found: FileContent, model: Any, rows: Callable[[Any], Ints]) -> 
     for _, entity in model.getEntities(2):
         kinds, tags, nodes = model.mesh.getElements(2, entity)
         for number, own, flat in zip(kinds, tags, nodes, strict=True):
-            if int(number) not in CELLS:
+            if int(number) not in SHELLS:
                 name = f"cells '{model.mesh.getElementProperties(number)[0]}'"
                 found.left_out[name] += len(own)
                 continue
-            of_cells = rows(flat).reshape(len(own), -1)
-            found.cells += [(CELLS[int(number)], of_cell) for of_cell in of_cells]
+            found.cells += list(rows(flat).reshape(len(own), -1))
             owner += [entity] * len(own)
     return owner
 
