@@ -16,8 +16,7 @@ from shellmb.meshes.files.joined import Gap, components, doubles, empty, gaps, j
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran
-from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown
-from shellmb.meshes.regions import true_at
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, true_at
 from shellmb.scene import Hyperelastic, Isotropic, MeshFile, Shell, Wrinkling
 from shellmb.scene.lookup import listed
 from shellmb.scene.shells.gmsh_surfaces import Meshed

@@ -203,13 +203,6 @@ def _dependent(
     return found
 
 
-def _givers(model: Model) -> str:
-    """Describe what implies constraints that no other constraint does."""
-    scene = model.scene
-    given = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
-    return " and ".join(given) or "the rigidity of its bodies"
-
-
 def refuse(model: Model, redundant: list[Redundant]) -> None:
     """Refuse constraints that contradict others, and redundant ones unless they are dropped.
 
@@ -220,33 +213,29 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
     Raises:
         SceneError: Names the joints.
     """
-    joints = {body.name for body in model.mechanism.bodies}
-    given = _givers(model)
-
-    def said(name: str, body: str) -> str:
-        return f"joint '{name}'" if body in joints else name
-
+    scene, joints = model.scene, {body.name for body in model.mechanism.bodies}
+    # what implies constraints that no other constraint does
+    givers = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
+    given = " and ".join(givers) or "the rigidity of its bodies"
     for item in redundant:
         row = item.row
-        others = " and ".join(f"'{name}'" for name in item.with_) or given
         if row.inner and np.isinf(row.gap):
             raise SceneError(
                 f"{row.owner} is fixed along its own direction by a support, and by its unit "
                 "length too; fix all three components, or the two normal to it"
             )
         if item.contradicts:
+            who = f"joint '{row.owner}'" if row.body in joints else row.owner
+            others = " and ".join(f"'{name}'" for name in item.with_) or given
             raise SceneError(
-                f"{said(row.owner, row.body)}: its motion contradicts {others}: no velocities "
-                "satisfy them all; remove one of the drivers, supports or joints"
+                f"{who}: its motion contradicts {others}: no velocities satisfy them all; remove "
+                "one of the drivers, supports or joints"
             )
-    counts: dict[str, int] = {}
     # hinges of edges leave out by themselves what supports and, at corners, one another imply
-    hinges = [j for j in model.scene.joints if j.along_edges]
-    named = {hinge.name for hinge in hinges}
-    of_edges = [item for item in redundant if item.row.owner in named]
-    redundant = [item for item in redundant if item.row.owner not in named]
-    for hinge in hinges:
-        mine = [item for item in of_edges if item.row.owner == hinge.name]
+    hinges = {j.name: j for j in scene.joints if j.along_edges}
+    left = [item for item in redundant if item.row.owner not in hinges]
+    for hinge in hinges.values():
+        mine = [item for item in redundant if item.row.owner == hinge.name]
         if _beyond_a_corner([item.row for item in mine if item.row.void]):
             raise SceneError(
                 f"{hinge.said} cannot turn: the edges of '{hinge.first}' and '{hinge.second}' are "
@@ -254,12 +243,10 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
             )
         held = [item for item in mine if item.with_]
         if _beyond_a_corner([item.row for item in held]):
-            redundant += held
-    for item in redundant:
-        if item.row.body in joints:
-            counts[item.row.owner] = counts.get(item.row.owner, 0) + 1
-    if counts and model.scene.redundant != "drop":
-        ours = [item for item in redundant if item.row.body in joints]
+            left += held
+    ours = [item for item in left if item.row.body in joints]
+    if ours and scene.redundant != "drop":
+        counts = Counter(item.row.owner for item in ours)
         words = ", ".join(f"{n} of joint '{name}'" for name, n in counts.items())
         names = {repr(name) for item in ours for name in item.with_ if name not in counts}
         implied = sorted(names) + [given] * any(not item.with_ for item in ours)

@@ -13,8 +13,7 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.model.model import Model
-from shellmb.preprocessing.constraint_analysis.mobility import Motions
-from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
+from shellmb.preprocessing.constraint_analysis.mobility import SMALL, Frame, Motions
 from shellmb.preprocessing.constraint_analysis.redundancy import look_through
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales, tangent
 from shellmb.scene import Scene

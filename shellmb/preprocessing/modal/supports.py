@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame, describe
+from shellmb.preprocessing.constraint_analysis.mobility import SMALL, Frame, describe
 from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.scene import GROUND, Clamped, Joint, Revolute, Support, Weld
 from shellmb.scene.multibody.rigid import Interface

@@ -88,7 +88,7 @@ class Coupling(Relation):
     value: TimeFunction | None = None
 
     def _wrong(self) -> Sentences:
-        """What is wrong with the factors."""
+        """Refuse factors of zero."""
         for which, factor in self.factors.items():
             if factor == 0:
                 yield f"the factor of {show(which)} is 0; it must not be 0"
@@ -121,7 +121,7 @@ class Gear(Relation):
     ratio: Finite = field(kw_only=True)
 
     def _wrong(self) -> Sentences:
-        """What is wrong with the ratio."""
+        """Refuse a ratio of zero."""
         if self.ratio == 0:
             yield "ratio", "it must not be 0; what keeps the second coordinate at 0 is a Lock"
 
