@@ -13,24 +13,13 @@ from shellmb.scene.description import Description
 from shellmb.scene.lookup import connected
 from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.elements import Driver, Lock, PointElement
-from shellmb.scene.multibody.joints import (
-    GROUND,
-    Cylindrical,
-    Joint,
-    Prismatic,
-    Revolute,
-    Rolling,
-    Screw,
-)
+from shellmb.scene.multibody.joints import GROUND, Joint, Rolling
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time
 from shellmb.scene.values.validate import Sentences, error_of, listed, said, show
-
-# joints whose second body has no motion of its own where all of their coordinates are driven
-DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)
 
 
 def joint_rules(scene: Description, joint: Joint) -> Sentences:
@@ -357,14 +346,15 @@ def _carried(scene: Description) -> set[str]:
     found: set[str] = set()
     ties = []
     for joint in scene.joints:
-        given = all((joint.name, freedom) in driven for freedom in joint.freedoms)
-        if joint.active is None and (joint.of_regions or (isinstance(joint, DRIVEN) and given)):
+        held = [(joint.name, freedom) in driven for freedom in joint.freedoms]
+        given = bool(held) and all(held) and not joint.along_edges
+        if joint.active is None and (joint.of_regions or given):
             ties += [(joint, joint.first, joint.second), (joint, joint.second, joint.first)]
     for _ in ties:
         for joint, end, name in ties:
             other: Any = scene.end(name, joint.said)
             if name == GROUND:
-                carries = isinstance(joint, DRIVEN)
+                carries = not joint.of_regions
             elif other.single:
                 carries = other.mass_given > 0 or name in found
             else:
