@@ -18,7 +18,7 @@ from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.model import Model
-from shellmb.model.unknowns import Given, Unknowns
+from shellmb.model.unknowns import Unknowns
 from shellmb.preprocessing.constraint_analysis.rows import (
     Row,
     connected,
@@ -79,8 +79,7 @@ def look_through(model: Model) -> list[Redundant]:
     scene = model.scene
     unknowns = Unknowns(model.bodies, model.comm)
     times = np.linspace(0.0, scene.given_until, TIMES)
-    given = unknowns.given(times.tolist(), RATE_STEP * scene.dt)
-    redundant = _all_dependent(model, unknowns, given)
+    redundant = _all_dependent(model, unknowns, times.tolist())
     refuse(model, redundant)
     _drop(model, unknowns, redundant)
     return redundant
@@ -96,9 +95,7 @@ def singular(model: Model, at: Mapping[str, Floats]) -> str:
     Returns:
         Which constraint, on which others, and how nearly, in words; empty where none does.
     """
-    unknowns = Unknowns(model.bodies, model.comm)
-    given = unknowns.given([0.0], RATE_STEP * model.scene.dt)
-    found = _all_dependent(model, unknowns, given, at, SINGULAR)
+    found = _all_dependent(model, Unknowns(model.bodies, model.comm), [0.0], at, SINGULAR)
     joints = {body.name for body in model.mechanism.bodies}
     found = [item for item in found if item.row.body in joints and item.with_]
     if not found:
@@ -113,7 +110,7 @@ def singular(model: Model, at: Mapping[str, Floats]) -> str:
 def _all_dependent(
     model: Model,
     unknowns: Unknowns,
-    given: Given,
+    times: list[float],
     at: Mapping[str, Floats] | None = None,
     bound: float = DEPENDENT,
 ) -> list[Redundant]:
@@ -122,10 +119,11 @@ def _all_dependent(
     Args:
         model: The bodies.
         unknowns: Their unknowns.
-        given: Which of them are given.
+        times: When prescribed motions are compared, s.
         at: Local arrays of their states, by name; None: the reference.
         bound: Part of a constraint outside of those before it that counts as none.
     """
+    given = unknowns.given(times, RATE_STEP * model.scene.dt)
     rows = local_rows(model, unknowns, given, at)
     everywhere = model.comm.allgather(np.unique(_columns(rows)))
     inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)), at)

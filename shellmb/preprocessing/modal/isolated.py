@@ -178,10 +178,6 @@ class IsolatedBody:
         U, s, _ = np.linalg.svd(motions.free()[first : first + 6], full_matrices=False)
         return motions.frames[name], U[:, s > SMALL]
 
-    def one(self) -> Floats:
-        """The scalar field 1, along x."""
-        return self.motion(0, np.zeros(3))
-
     def arm(self, a: int, about: Floats) -> Floats:
         """The scalar field `X_a` with the directors' `D_a`, along x."""
         out = np.zeros(self.size)

@@ -44,15 +44,6 @@ class BeamSection(Damped):
         def stiffness(self) -> Floats: ...  # noqa: D102
 
     @property
-    def mass(self) -> BeamMass:
-        """``(m, (s2, s3), (I22, I23, I33))`` per unit length of the reference line.
-
-        Mass [kg/m], its first moments ``int rho y2, int rho y3`` [kg], and its second moments
-        ``int rho y2^2, int rho y2 y3, int rho y3^2`` [kg m].
-        """
-        raise NotImplementedError
-
-    @property
     def long_term(self) -> Floats:
         """The stiffness that is left when all branches are relaxed, shape (6, 6)."""
         C = np.asarray(self.stiffness, dtype=float)

@@ -162,11 +162,6 @@ class LinearSection(Section):
         return self.generic
 
     @property
-    def layers(self) -> tuple[Layer, ...]:
-        """The section from its lower to its upper face."""
-        return self._numbers.layers
-
-    @property
     def A(self) -> Floats:
         """Membrane stiffness, shape (3, 3) [N/m]."""
         return self._numbers.A
