@@ -12,6 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.abaqus import read_abaqus
+from shellmb.meshes.files.cards import DeckError
 from shellmb.meshes.files.joined import Gap, components, doubles, empty, gaps, joined, oriented
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
@@ -44,13 +45,15 @@ def file_mesh(shell: Shell) -> RawMesh:
     who = f"shell '{shell.name}': {path}"
     try:
         if ending in NASTRAN or (ending in PERHAPS and is_nastran(path)):
-            found = read_nastran(path, who)
+            found = read_nastran(path)
         elif ending == ".inp":
-            found = read_abaqus(path, who)
+            found = read_abaqus(path)
         else:
             found = read_meshio(path, f"shell '{shell.name}'")
     except OSError as error:
         raise SceneError(f"{who} is not read ({error.strerror})") from error
+    except DeckError as error:
+        raise SceneError(f"{who}: {error}") from error
     return shell_mesh(found, shell, surface.group)
 
 
