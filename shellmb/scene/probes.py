@@ -13,6 +13,9 @@ Motion = Literal["displacement", "position", "velocity", "director", "rotation",
 Resultant = Literal["force", "moment", "membrane", "bending", "shear"]
 MOTIONS, RESULTANTS = get_args(Motion), get_args(Resultant)
 Component = Literal[0, 1, 2, "norm"]
+# criteria of failure, of stresses along a ply and of those across it, too
+InPlane = Literal["max-stress", "max-strain", "tsai-hill", "tsai-wu", "hashin", "puck"]
+Across = Literal["interlaminar", "von-mises"]
 Z: Any = 2
 
 
@@ -86,16 +89,7 @@ class Reserve:
     """
 
     name: Name
-    criterion: Literal[
-        "max-stress",
-        "max-strain",
-        "tsai-hill",
-        "tsai-wu",
-        "hashin",
-        "puck",
-        "interlaminar",
-        "von-mises",
-    ]
+    criterion: Literal[InPlane, Across]
     body: Name | None = None
     where: Callable[[Any], Any] | None = None
     plies: Listed[PositiveInt] = NONE
