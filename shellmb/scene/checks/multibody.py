@@ -364,17 +364,14 @@ def _carried(scene: Description) -> set[str]:
     return found
 
 
-# what each part of a scene is looked at for, in this order
+# what the parts of a scene, by the names of its fields, are looked at for, in this order
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
     ("joints", joint_rules),
-    ("drivers", coordinate_rules),
-    ("locks", coordinate_rules),
+    ("drivers locks", coordinate_rules),
     ("scene", check_prescribed),
     ("locks", lock_rules),
-    ("joint_elements", coordinate_rules),
-    ("coupled", coordinate_rules),
-    ("joints", relation_rules),
-    ("couplings", relation_rules),
+    ("joint_elements coupled", coordinate_rules),
+    ("joints couplings", relation_rules),
     ("couplings", coupling_rules),
     ("point_elements", check_ends),
     ("glues", glue_rules),

@@ -141,10 +141,9 @@ def penalty_rules(scene: Description, item: Any) -> Sentences:
 
 
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
-    *((what, named_rules) for what in ("potentials", "contacts", "volumes")),
-    *((what, place_rules) for what in ("potentials", "contacts")),
+    ("potentials contacts volumes", named_rules),
+    ("potentials contacts", place_rules),
     ("volumes", volume_rules),
     ("contacts", contact_rules),
-    ("force_elements", penalty_rules),
-    ("contacts", penalty_rules),
+    ("force_elements contacts", penalty_rules),
 )

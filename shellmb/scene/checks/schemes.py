@@ -184,8 +184,7 @@ def _with(scene: Description) -> str:
 
 LINEAR_RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
     ("joints", small_joint),
-    ("drivers", small_rotation),
-    ("supports", small_rotation),
+    ("drivers supports", small_rotation),
     ("acting_locks", early_lock),
     ("scene", linear_rules),
 )
