@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError, warn
-from shellmb.scene.values.validate import in_words
+from shellmb.scene.values.user_functions import refusing
 
 type Cell = Literal["quad", "tri"]
 
@@ -371,12 +371,8 @@ def true_at(function: Callable[[Any], Any], places: Floats, who: str) -> Bools:
     Raises:
         SceneError: If it fails.
     """
-    try:
+    with refusing(f"{who} fails", "it must give (n,) truth values for positions (3, n)"):
         return np.asarray(function(places.reshape(-1, 3).T), dtype=bool).reshape(places.shape[:2])
-    except (Exception, SystemExit) as error:
-        raise SceneError(
-            f"{who} fails ({in_words(error)}); it must give (n,) truth values for positions (3, n)"
-        ) from error
 
 
 def refined(raw: RawMesh, times: int) -> RawMesh:
