@@ -75,6 +75,15 @@ def facets(cells: Ints, cell: Cell) -> Ints:
     return np.sort(cells[:, np.array(FACETS[cell])], axis=2)
 
 
+def ties(pairs: Ints) -> dict[int, set[int]]:
+    """What each of some things is in a pair with, from pairs of shape (n, 2)."""
+    found: dict[int, set[int]] = {}
+    for a, b in pairs.tolist():
+        found.setdefault(a, set()).add(b)
+        found.setdefault(b, set()).add(a)
+    return found
+
+
 def boundary_facets(cells: Ints, cell: Cell) -> tuple[Ints, Ints]:
     """Vertices of the facets that belong to one cell only, shape (m, 2), and these cells."""
     every = facets(cells, cell).reshape(-1, 2)

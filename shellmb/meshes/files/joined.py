@@ -3,7 +3,6 @@
 A whole surface has one side: normals of its cells are consistently oriented.
 """
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -15,7 +14,7 @@ from scipy.spatial import cKDTree
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.kinds import Block
-from shellmb.meshes.raw import FACETS, Cell, RawMesh, boundary_facets, cell_cross, vertex_count
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, boundary_facets, cell_cross, ties
 
 # sides shorter than this part of the longest side of their cell are none, and cells with less
 # height than this part of their longest side have no area
@@ -92,37 +91,26 @@ def components(count: int, first: Ints, second: Ints) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def empty(x: Floats, cells: Ints, cell: Cell) -> np.ndarray:
+def empty(x: Floats, block: Block) -> np.ndarray:
     """Cells without area: their corners are on one line, or are fewer than three.
 
     Args:
         x: Positions of the nodes.
-        cells: Cells in the order of DOLFINx.
-        cell: Their type.
+        block: The cells.
     """
-    corners = x[cells[:, : vertex_count(cell)]]
-    longest = sides(x, cells, cell).max(axis=1, initial=0.0)
+    longest = sides(x, block.rows, block.cell).max(axis=1, initial=0.0)
     # the largest triangle of corners counts, so that no sides are taken from one another
-    thirds = [(0, 1, 2)] if cell == "tri" else [(0, 1, 2), (1, 3, 2), (0, 1, 3), (0, 3, 2)]
-    areas = [
-        np.linalg.norm(
-            np.cross(corners[:, b] - corners[:, a], corners[:, c] - corners[:, a]), axis=1
-        )
-        for a, b, c in thirds
-    ]
-    return np.asarray(np.max(areas, axis=0) <= NOTHING * longest**2)
+    thirds = [(0, 1, 2), (1, 3, 2), (0, 1, 3), (0, 3, 2)][: 1 if block.cell == "tri" else 4]
+    a, b, c = np.moveaxis(x[block.vertices[:, thirds]], 2, 0)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=2)
+    return np.asarray(areas.max(axis=1) <= NOTHING * longest**2)
 
 
-def doubles(cells: Ints, cell: Cell) -> Ints:
-    """Cells whose corners another one has before them.
-
-    Args:
-        cells: Cells in the order of DOLFINx.
-        cell: Their type.
-    """
-    corners = np.sort(cells[:, : vertex_count(cell)], axis=1)
+def doubles(block: Block) -> Ints:
+    """Cells whose corners another one has before them."""
+    corners = np.sort(block.vertices, axis=1)
     _, first = np.unique(corners, axis=0, return_index=True)
-    return np.setdiff1d(np.arange(len(cells)), first)
+    return np.setdiff1d(np.arange(len(corners)), first)
 
 
 # vertices of a cell going round it
@@ -157,7 +145,7 @@ def oriented(x: Floats, cells: Ints, cell: Cell, name: str) -> Floats:
     # the first cell of a part, as it is, has the smaller label
     sign, part = np.where(label < over, 1.0, -1.0), np.minimum(label, over)
     sign *= np.where(np.bincount(part, sign) < 0, -1.0, 1.0)[part]
-    return np.asarray(cell_cross(x[cells[:, : vertex_count(cell)]]) * sign[:, None])
+    return np.asarray(cell_cross(x[cells[:, : len(ROUND[cell])]]) * sign[:, None])
 
 
 def _neighbours(cells: Ints, cell: Cell, name: str) -> tuple[Ints, Ints, np.ndarray]:
@@ -245,11 +233,7 @@ class _Search:
         ends = self.x[self.sides]
         middle, along = ends.mean(axis=1), ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1)
-        beside: dict[int, set[int]] = defaultdict(set)
-        for a, b in self.sides.tolist():
-            beside[a].add(b)
-            beside[b].add(a)
-        found = []
+        found, beside = [], ties(self.sides)
         for some, near in _candidates(self.x[nodes], middle, length * (0.5 + ARC)):
             p, s = nodes[some], near
             own = (self.sides[s] == p[:, None]).any(axis=1)

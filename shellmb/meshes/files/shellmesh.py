@@ -17,7 +17,7 @@ from shellmb.meshes.files.joined import Gap, components, doubles, empty, gaps, j
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran
-from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, true_at
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, ties, true_at
 from shellmb.scene import Hyperelastic, Isotropic, MeshFile, Shell, Wrinkling
 from shellmb.scene.lookup import listed
 from shellmb.scene.shells.gmsh_surfaces import Meshed
@@ -209,7 +209,7 @@ def _with_area(x: Floats, blocks: list[Block], order: int, who: str) -> list[Blo
 
     size, found = _size(x), list[Block]()
     for each in blocks:
-        none = empty(x, each.rows, each.cell)
+        none = empty(x, each)
         if none.any():
             warn(said(each, none, "has", "have", "no area and no part in the shell"))
         block = each.take(~none)
@@ -220,7 +220,7 @@ def _with_area(x: Floats, blocks: list[Block], order: int, who: str) -> list[Blo
         if (wrong := twice & ~as_triangle).any():
             says = said(block, wrong, "has", "have", "a node twice")
             raise SceneError(f"{says}; their nodes must be different ones")
-        if len(again := doubles(block.rows, block.cell)):
+        if len(again := doubles(block)):
             says = said(block, again, "is", "are", "there twice")
             raise SceneError(f"{says}; each must be there once")
         found.append(block.take(~as_triangle))
@@ -265,13 +265,9 @@ def _edges(
     """Facets of the mesh on each named line; lines without any are left out."""
     if not found.lines:
         return {}
-    own = {(a, b) for a, b in facets(rows, cell).reshape(-1, 2).tolist()}
-    place = {int(node): k for k, node in enumerate(used)}
     # where cells are cut, a side is two: through the node that lies in its middle
-    beside: dict[int, set[int]] = {}
-    for a, b in own:
-        beside.setdefault(a, set()).add(b)
-        beside.setdefault(b, set()).add(a)
+    beside = ties(facets(rows, cell).reshape(-1, 2))
+    place = {int(node): k for k, node in enumerate(used)}
     edges = {}
     for name, lines in found.lines.items():
         pairs = []
@@ -279,7 +275,7 @@ def _edges(
             if a not in place or b not in place:
                 continue
             first, last = sorted((place[a], place[b]))
-            if (first, last) in own:
+            if last in beside.get(first, ()):
                 pairs.append((first, last))
                 continue
             for middle in beside.get(first, set()) & beside.get(last, set()):

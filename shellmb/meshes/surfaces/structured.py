@@ -356,11 +356,7 @@ def _tangents(surface: Surface, uv: Floats) -> tuple[Floats, Floats]:
 def _difference(surface: Surface, uv: Floats, axis: int) -> Floats:
     """Derivative of the parabola through three points around, or at the border beside, a point."""
     middle = np.clip(uv[axis], STEP, 1 - STEP)
-    values = []
-    for k in (-1, 0, 1):
-        moved = uv.copy()
-        moved[axis] = middle + k * STEP
-        values.append(surface.position(moved[0], moved[1]))
-    low, centre, high = values
+    at = [np.insert(uv[[1 - axis]], axis, middle + k * STEP, axis=0) for k in (-1, 0, 1)]
+    low, centre, high = (surface.position(*moved) for moved in at)
     curvature = (high - 2 * centre + low) / STEP**2
     return np.asarray((high - low) / (2 * STEP) + (uv[axis] - middle) * curvature)
