@@ -124,9 +124,8 @@ class Motions:
     def _frame(self, name: str) -> Frame:
         """Middle and size of a body; collective."""
         _, _, X, _ = self.model.nodes_of(name)
-        inf = np.full((1, 3), np.inf)
-        low = np.min(self._comm.allgather(np.min(np.vstack([X, inf]), axis=0)), axis=0)
-        high = np.max(self._comm.allgather(np.max(np.vstack([X, -inf]), axis=0)), axis=0)
+        low = np.min(self._comm.allgather(X.min(axis=0, initial=np.inf)), axis=0)
+        high = np.max(self._comm.allgather(X.max(axis=0, initial=-np.inf)), axis=0)
         return Frame((low + high) / 2, float(np.linalg.norm(high - low)) or self.model.length)
 
     def _along(self, name: str) -> tuple[Body, Dofs, Ints, Floats]:

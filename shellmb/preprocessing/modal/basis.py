@@ -282,10 +282,8 @@ class ReducedBody:
             arm = np.cross(carried[3:].T, described.center - self.center).T
             return InterfaceModes(frame, -carried[:3] - arm, -carried[3:])
         u, w = self._shapes(rigid.name)
+        # owned or not: values are the same
         here = np.flatnonzero(rigid.node_mesh.item == rigid.index[frame])
-        index_map = rigid.mixed.space.dofmap.index_map
-        first = rigid.mixed.dofs["u"].reshape(-1, 3)[here, 0]
-        here = here[first < index_map.size_local]
         D = rigid.bodies[rigid.index[frame]].directors
         # w_k = t x D_k, so that the sum of D_k x w_k is 2 t
         turns = [np.cross(D[:, :, None], w[n], axis=1).sum(axis=0) / 2 for n in here]
