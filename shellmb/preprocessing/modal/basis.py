@@ -267,7 +267,8 @@ class ReducedBody:
 
     def _shapes(self, name: str) -> tuple[Floats, Floats]:
         """Displacements and changes of directors of a body's nodes by the modes."""
-        dofs, D = self._isolated.bodies[name].mixed.dofs, self._isolated.nodes(name)[1]
+        body = self._isolated.bodies[name]
+        dofs, D = body.mixed.dofs, body.node_directors()
         own, K = self.modes[self._isolated.own[name]], self.modes.shape[1]
         return own[dofs["u"]].reshape(-1, 3, K), own[dofs["w"]].reshape(*D.shape, K)
 

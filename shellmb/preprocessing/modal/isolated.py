@@ -103,11 +103,6 @@ class IsolatedBody:
         """Size of the squares of the lowest frequencies, rad^2/s^2."""
         return min(bending_scales(self.model))
 
-    def nodes(self, name: str) -> tuple[Floats, Floats]:
-        """Positions (n, 3) and directors (n, m, 3) of the nodes of a body on this rank."""
-        body = self.bodies[name]
-        return body.node_positions(), body.node_directors()
-
     def of_body(self, name: str, values: Floats) -> Floats:
         """A field from the local array of one body, zero elsewhere."""
         out = np.zeros(self.size)

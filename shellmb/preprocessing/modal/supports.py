@@ -40,9 +40,8 @@ def support_joint(
     Raises:
         SceneError: If supports leave it motions that no joint has.
     """
-    X = np.concatenate(
-        held.comm.allgather(np.vstack([held.nodes(n)[0] for n in held.model.meshed]))
-    )
+    places = np.vstack([body.node_positions() for body in held.model.meshed.values()])
+    X = np.concatenate(held.comm.allgather(places))
     middle = (X.min(axis=0) + X.max(axis=0)) / 2
     free = held.free_motions(middle)
 

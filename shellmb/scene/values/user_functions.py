@@ -22,7 +22,6 @@ NONE = 1e300
 # positions where functions of position are tried [m], and parameters of surfaces
 POSITIONS = np.random.default_rng(1).random((3, 4))
 OfPosition = Callable[[Any], Any]
-Several = list | tuple
 # what could be made a float, and is not meant as one, by NumPy's kinds
 NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
 # in what a function may keep a memory as a default argument
@@ -174,7 +173,7 @@ def values_at(function: OfPosition, x: Floats, size: int, who: str) -> Floats:
     with refusing(f"{who} fails", "it must be written for an array of positions"):
         given = function(x)
         # components may be of several kinds, of which an array would make one
-        parts = [given, *given] if isinstance(given, Several) else [given]
+        parts = [given, *given] if isinstance(given, list | tuple) else [given]
         kinds = {np.asarray(part).dtype.kind for part in parts} & NO_NUMBERS.keys()
         value = np.zeros(0) if kinds else np.array(given, dtype=float)
         # each rank, and each quantity that needs it, asks for itself
