@@ -183,11 +183,8 @@ class Laminate(LinearSection):
 
 
 def _layer(ply: Ply, name: str, value: Value) -> Layer:
-    m = ply.material
-    plane = lamination.plane_stress(m.E1, m.E2, m.nu12, m.G12)
     thickness = value(f"{name}.thickness", ply.thickness, "not negative")
-    shear = np.diag([m.G13, m.G23])
-    layer = Layer(plane, shear, m.density, thickness, strength=m.strength, relaxation=m.relaxation)
+    layer = lamination.orthotropic(ply.material, thickness)
     return layer.turned(value(f"{name}.angle", ply.angle, None))
 
 

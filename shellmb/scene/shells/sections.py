@@ -302,11 +302,7 @@ class Orthotropic(LinearSection):
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer, its axes turned."""
-        plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
-        transverse = np.diag([self.G13, self.G23])
-        thickness = value("thickness", self.thickness, "positive")
-        own = self.strength, self.relaxation
-        layer = Layer(plane, transverse, self.density, thickness, 0.0, *own)
+        layer = lamination.orthotropic(self, value("thickness", self.thickness, "positive"))
         return (layer.turned(value("angle", self.angle, None)),)
 
 
