@@ -86,15 +86,17 @@ def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | 
     x, rows, parent = _of_one_type(x, blocks, order, cell, shell.name)
     used, flat = np.unique(rows, return_inverse=True)
     x, rows = x[used], flat.reshape(rows.shape)
+    # of each node that was read that of the shell, if it has it
+    place = np.where(np.isin(same, used), np.searchsorted(used, same), -1)
     raw = RawMesh(
         x,
         rows,
         cell,
         order,
         (-1.0 if surface.flip else 1.0) * oriented(x, rows, cell, shell.name),
-        edges=_edges(found, same, used, x, rows, cell),
-        points=_points(found, same, used),
-        areas=_areas(found, shell, parent),
+        edges=_edges({name: place[lines] for name, lines in found.lines.items()}, x, rows, cell),
+        points={n: int(place[row]) for n, row in found.points.items() if place[row] >= 0},
+        areas=_areas(found, {*surface.edges_where, *shell.areas}, parent),
     )
     _say_gaps(raw, surface, who)
     _say_pieces(raw, who)
@@ -259,22 +261,16 @@ def _of_one_type(
     return x, rows, parent
 
 
-def _edges(
-    found: FileContent, same: Ints, used: Ints, x: Floats, rows: Ints, cell: Cell
-) -> dict[str, Ints]:
+def _edges(lines: dict[str, Ints], x: Floats, rows: Ints, cell: Cell) -> dict[str, Ints]:
     """Facets of the mesh on each named line; lines without any are left out."""
-    if not found.lines:
+    if not lines:
         return {}
     # where cells are cut, a side is two: through the node that lies in its middle
     beside = ties(facets(rows, cell).reshape(-1, 2))
-    place = {int(node): k for k, node in enumerate(used)}
     edges = {}
-    for name, lines in found.lines.items():
+    for name, nodes in lines.items():
         pairs = []
-        for a, b in same[lines].tolist():
-            if a not in place or b not in place:
-                continue
-            first, last = sorted((place[a], place[b]))
+        for first, last in np.sort(nodes, axis=1).tolist():
             if last in beside.get(first, ()):
                 pairs.append((first, last))
                 continue
@@ -288,24 +284,15 @@ def _edges(
     return edges
 
 
-def _points(found: FileContent, same: Ints, used: Ints) -> dict[str, int]:
-    """Named points that are nodes of the shell."""
-    place = {int(node): k for k, node in enumerate(used)}
-    rows = {name: int(same[row]) for name, row in found.points.items()}
-    return {name: place[row] for name, row in rows.items() if row in place}
-
-
-def _areas(found: FileContent, shell: Shell, parent: Ints) -> dict[str, Ints]:
+def _areas(found: FileContent, others: set[str], parent: Ints) -> dict[str, Ints]:
     """Cells of each group that is a part of the surface, unless the scene has another such name."""
-    surface = shell.surface
-    assert isinstance(surface, Meshed)
     every = np.unique(parent)
     areas = {}
     for name, group in found.groups.items():
         numbers = np.unique(group)
         inside = np.isin(numbers, every)
-        taken = name in surface.edges_where or name in shell.areas
-        if len(numbers) and inside.all() and len(numbers) < len(every) and not taken:
+        part = len(numbers) and inside.all() and len(numbers) < len(every)
+        if part and name not in others:
             areas[name] = np.flatnonzero(np.isin(parent, numbers))
     return areas
 
