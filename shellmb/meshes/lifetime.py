@@ -44,7 +44,7 @@ def count_in(mesh: Any) -> None:
 
 
 def count_holder(result: Any) -> None:
-    """Count a result that holds what computed it, until it is told to `release` that."""
+    """Count a result that holds what computed it, until its method `release` is called."""
     _HOLDERS.append(weakref.ref(result))
 
 

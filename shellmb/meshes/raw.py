@@ -76,7 +76,7 @@ def facets(cells: Ints, cell: Cell) -> Ints:
 
 
 def ties(pairs: Ints) -> dict[int, set[int]]:
-    """What each of some things is in a pair with, from pairs of shape (n, 2)."""
+    """Partners of each thing, of pairs of shape (n, 2)."""
     found: dict[int, set[int]] = {}
     for a, b in pairs.tolist():
         found.setdefault(a, set()).add(b)

@@ -13,7 +13,7 @@ _EXPONENT = re.compile(r"([+-]?[0-9]*\.?[0-9]*)([+-][0-9]+)")
 
 
 class DeckError(Exception):
-    """What is wrong with a deck; the text says what would be right."""
+    """A mistake in a deck; the text says what would be right."""
 
 
 def cards(path: Path) -> Iterator[list[str]]:
