@@ -194,7 +194,10 @@ def gaps(raw: RawMesh) -> list[Gap]:
     Args:
         raw: The mesh.
     """
-    return _Search(raw).found()
+    search = _Search(raw)
+    on_sides, at_ends, done = search.on_sides()
+    alone = sorted({*at_ends, *search.on_cells()} - done)
+    return on_sides + [Gap(raw.x[[node]], (node,)) for node in alone]
 
 
 class _Search:
@@ -210,13 +213,7 @@ class _Search:
         # the only cell of each side of the boundary
         self.sides, self.owner = boundary_facets(raw.cells, raw.cell)
 
-    def found(self) -> list[Gap]:
-        """Sides first, then nodes that lie in cells."""
-        on_sides, at_ends, done = self._on_sides()
-        alone = sorted({*at_ends, *self._on_cells()} - done)
-        return on_sides + [Gap(self.x[[node]], (node,)) for node in alone]
-
-    def _on_sides(self) -> tuple[list[Gap], set[int], set[int]]:
+    def on_sides(self) -> tuple[list[Gap], set[int], set[int]]:
         """Sides of the boundary with nodes of the boundary on them.
 
         Of two sides that lie on one another the first is listed.
@@ -286,7 +283,7 @@ class _Search:
                 return chain[1:-1]
         return []
 
-    def _on_cells(self) -> list[int]:
+    def on_cells(self) -> list[int]:
         """Nodes that lie in a cell that they share no neighbouring cell with."""
         nodes = np.unique(self.corners)
         count = len(self.corners)

@@ -136,16 +136,12 @@ def _globe(mesh: tuple[int, int], cell: Cell, order: int) -> Layout:
     # at the second pole every direction is as good as another
     w, r = half.plane[inner], radius[inner][:, None]
     far = np.where(r > 0, w * (2 - r) / np.where(r > 0, r, 1.0), [2.0, 0.0])
-
-    def parameters(w: Floats) -> Floats:
-        return half.parameters(w) / [1.0, 2.0]
-
     return Layout(
         np.concatenate([half.plane, far]),
         np.concatenate([half.cells, number[half.cells]]),
         cell,
         np.concatenate([half.size, half.size[inner]]),
-        parameters,
+        lambda w: half.parameters(w) / [1.0, 2.0],
     )
 
 
