@@ -103,13 +103,6 @@ def plane_stress(E1: float, E2: float, nu12: float, G12: float) -> Floats:
     return np.array([[E1 / d, nu12 * E2 / d, 0], [nu12 * E2 / d, E2 / d, 0], [0, 0, G12]])
 
 
-def orthotropic(material: Any, thickness: Any) -> Layer:
-    """A layer along the axes of its material, which has its moduli and what else is of it."""
-    m = material
-    plane, shear = plane_stress(m.E1, m.E2, m.nu12, m.G12), np.diag([m.G13, m.G23])
-    return Layer(plane, shear, m.density, thickness, 0.0, m.strength, m.relaxation)
-
-
 @dataclass(frozen=True)
 class Layup:
     """A stack of layers at one point, or at many.
