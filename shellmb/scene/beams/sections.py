@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field
 from shellmb.arrays import Floats
 from shellmb.scene.types import Finite, NonNegative, Positive, numbers
 from shellmb.scene.values.damping import BeamTimes, Damped, Prony
-from shellmb.scene.values.validate import Sentences, described, show
+from shellmb.scene.values.validate import Sentences, described, extended, show
 
 type BeamMass = tuple[float, tuple[float, float], tuple[float, float, float]]
 
@@ -283,12 +283,16 @@ class RectangularSection(_Shape):
         return self.shear_correction, self.shear_correction
 
 
+@described("round section")
 class _Round(_Shape):
     """A circle with or without a concentric hole."""
 
-    radius: float
-    shear_correction: float | None
-    hole: float
+    _: KW_ONLY
+    radius: Positive
+    shear_correction: Positive | None = None
+
+    # inner radius
+    hole: ClassVar[float] = 0.0
 
     @property
     def size(self) -> float:
@@ -324,7 +328,7 @@ class _Round(_Shape):
         return k, k
 
 
-@described("circular section")
+@extended("circular section")
 class CircularSection(_Round):
     """A full circle.
 
@@ -340,12 +344,6 @@ class CircularSection(_Round):
         mass_damping: Damping in proportion to the mass, a rate [1/s].
         relaxation: Prony series of its moduli; None: elastic.
     """
-
-    _: KW_ONLY
-    radius: Positive
-    shear_correction: Positive | None = None
-
-    hole = 0.0
 
 
 @described("tubular section")
@@ -367,9 +365,7 @@ class TubularSection(_Round):
     """
 
     _: KW_ONLY
-    radius: Positive
     thickness: Positive
-    shear_correction: Positive | None = None
 
     def _wrong(self) -> Sentences:
         """Check the moduli and the wall."""
