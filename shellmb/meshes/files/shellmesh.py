@@ -116,15 +116,15 @@ def _many(count: int, thing: str, one: str, several: str) -> str:
     )
 
 
-def _few(texts: Sequence[str]) -> str:
-    """The first of some texts, and how many more there are."""
-    more = f" and {len(texts) - PLACES} more" if len(texts) > PLACES else ""
+def _few(texts: Sequence[str], count: int) -> str:
+    """The first of so many texts, and how many more there are."""
+    more = f" and {count - PLACES} more" if count > PLACES else ""
     return ", ".join(texts[:PLACES]) + more
 
 
 def _places(x: Floats, size: float) -> str:
     """Some positions in words."""
-    return _few([shown(p, size) for p in x])
+    return _few([shown(p, size) for p in x[:PLACES]], len(x))
 
 
 def _size(x: Floats) -> float:
@@ -345,7 +345,7 @@ def _say_pieces(raw: RawMesh, who: str) -> None:
             f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
         ]
         warn(
-            f"{who}: its mesh is in {len(each)} pieces that {how}: {_few(each)}; what holds one of "
+            f"{who}: its mesh is in {len(each)} pieces that {how}: {_few(each, len(each))}; what holds one of "
             "them does not hold the others"
         )
         return
