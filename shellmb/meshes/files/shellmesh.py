@@ -345,7 +345,7 @@ def _say_pieces(raw: RawMesh, who: str) -> None:
             f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
         ]
         warn(
-            f"{who}: its mesh is in {len(each)} pieces that {how}: {_few(each, len(each))}; what holds one of "
-            "them does not hold the others"
+            f"{who}: its mesh is in {len(each)} pieces that {how}: {_few(each, len(each))}; what "
+            "holds one of them does not hold the others"
         )
         return
