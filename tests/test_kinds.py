@@ -9,7 +9,7 @@ ASKING = ("isinstance", "issubclass")
 # bodies, and what acts on them or joins them: each answers itself what it has, is and can
 KINDS = ("SceneBody", "Body", "Modal", "Joint", "Support", "Load", "Element", "Obstacle")
 # of so many places in each room the class of one of them is asked for: none may ask more often
-ASKED = {"scene": 10, "model": 1, "preprocessing": 3, "diagnostics": 2, "running": 4, "api": 2}
+ASKED = {"scene": 9, "model": 1, "preprocessing": 3, "diagnostics": 2, "running": 4, "api": 2}
 
 
 def derived(roots: Iterable[str]) -> set[str]:

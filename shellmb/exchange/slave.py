@@ -78,9 +78,9 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             self.register_variable(made(name, **ways), nested=False)
 
         def _get(self, name: str) -> Any:
-            for known in (self._parameters, self._values):
-                if name in known:
-                    return known[name]
+            known = self._values | self._parameters
+            if name in known:
+                return known[name]
             return self._now().outputs["t" if name == TIME else name]
 
         def _set(self, name: str, value: Any) -> None:
@@ -120,8 +120,7 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
                     raise SceneError(
                         f"step: it begins at {current_time:g}; it must begin at {here}"
                     )
-                for name, value in self._values.items():
-                    motion.inputs[name] = value
+                motion.inputs.update(self._values)
                 motion.trial(step_size)
                 motion.accept()
             except ShellmbError as failure:

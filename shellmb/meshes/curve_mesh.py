@@ -15,7 +15,9 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.raw import check_extent, interval_nodes
 from shellmb.meshes.shared import line_mesh
+from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import Curve
+from shellmb.scene.values.validate import refused, said, unit_vector
 
 # cosine of the angle to the tangent beyond which a direction has no useful projection across it
 NEARLY_TANGENT = 0.95
@@ -74,56 +76,43 @@ class LineMesh:
         return function
 
 
-def build_line(
-    name: str,
-    curve: Curve,
-    elements: int,
-    degree: int,
-    up: tuple[float, float, float] | None,
-    comm: MPI.Comm,
-) -> LineMesh:
-    """Mesh a curve with elements of equal length in its parameter.
+def build_line(beam: Beam, comm: MPI.Comm) -> LineMesh:
+    """Mesh the curve of a beam with elements of equal length in its parameter.
 
     At every node D1 is the unit tangent and D3 the projection of `up` across it, D2 = D3 x D1.
     Without `up`, D3 begins as the projection of the z axis (where that is nearly tangent, of the
     axis that is the least so) and is carried along the curve without turning about it.
 
     Args:
-        name: Name of the beam.
-        curve: The curve.
-        elements: Number of elements.
-        degree: Degree of the beam.
-        up: Direction of the third director, or None.
+        beam: The beam, whose curve is not along a shell.
         comm: Communicator of the mesh; the call is collective.
 
     Raises:
         SceneError: If `up` is tangent somewhere.
     """
-    closed = curve.closed
+    curve, degree, closed = beam.curve, beam.degree, beam.curve.closed
     # of lower order, or through other nodes, the geometry would bound the error: the length of an
     # element is right to the order 2 k with these
     order = 1 if curve.straight else degree
-    ends = np.arange(elements)[:, None]
-    xi = np.append(((ends + interval_nodes(degree)[:-1]) / elements).ravel(), 1.0)
-    x = curve.position(xi if order == degree else np.linspace(0, 1, elements + 1)).T
-    check_extent(np.abs(np.diff(x, axis=0)).max(axis=1), "m", f"beam '{name}'")
+    ends = np.arange(beam.elements)[:, None]
+    xi = np.append(((ends + interval_nodes(degree)[:-1]) / beam.elements).ravel(), 1.0)
+    x = curve.position(xi if order == degree else np.linspace(0, 1, beam.elements + 1)).T
+    check_extent(np.abs(np.diff(x, axis=0)).max(axis=1), "m", said(beam))
     tangents = _unit(curve.tangent(xi).T)
-    if up is None:
+    if beam.up is None:
         third = _transported(curve, xi, tangents)
     else:
-        third = np.tile(np.asarray(up, dtype=float) / np.linalg.norm(up), (len(xi), 1))
+        third = np.tile(unit_vector(beam.up, said(beam)), (len(xi), 1))
         steep = np.abs(np.sum(third * tangents, axis=1))
         if np.max(steep) > ALMOST_TANGENT:
             where = ", ".join(f"{c:g}" for c in curve.position(xi[[np.argmax(steep)]])[:, 0])
-            raise SceneError(
-                f"beam '{name}': up {tuple(map(float, up))} is tangent to its curve at ({where}); "
-                "it must point across the curve everywhere"
-            )
+            right = f"it is tangent to the curve at ({where}) and must point across it everywhere"
+            raise refused(beam, "up", right)
     second = _unit(np.cross(third, tangents))
     triads = np.hstack([tangents, second, np.cross(tangents, second)])
     points = {key: np.asarray(value, dtype=float) for key, value in curve.points.items()}
     keep = len(xi) - closed
-    return _line_mesh(name, comm, x, order, closed, points, triads[:keep], degree)
+    return _line_mesh(beam.name, comm, x, order, closed, points, triads[:keep], degree)
 
 
 def line_mesh_from_nodes(

@@ -11,7 +11,7 @@ import gc
 import weakref
 from collections.abc import Iterator, Sized
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
 
 from mpi4py import MPI
 
@@ -21,14 +21,6 @@ from shellmb.errors import RunError
 MOST, MORE = 40, 10
 # communicators of a mesh with what is built on it: eleven to twenty-two are there together
 EACH = 14
-
-
-class Holder(Protocol):
-    """A result that holds what computed it."""
-
-    def release(self) -> None:
-        """Let go of what computed it; what is in files stays."""
-        ...
 
 
 class _LiveMeshes(weakref.WeakSet[Any]):
@@ -42,8 +34,8 @@ class _LiveMeshes(weakref.WeakSet[Any]):
 
 
 _MESHES = _LiveMeshes()
-# the oldest one first
-_HOLDERS = list[weakref.ref[Holder]]()
+# results that let go of what computed them by their method `release`, the oldest one first
+_HOLDERS = list[weakref.ref[Any]]()
 
 
 def count_in(mesh: Any) -> None:
@@ -51,8 +43,8 @@ def count_in(mesh: Any) -> None:
     _MESHES.add(mesh)
 
 
-def count_holder(result: Holder) -> None:
-    """Count a result that holds what computed it."""
+def count_holder(result: Any) -> None:
+    """Count a result that holds what computed it, until its method `release` is called."""
     _HOLDERS.append(weakref.ref(result))
 
 

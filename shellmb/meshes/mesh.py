@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError, of_first
+from shellmb.meshes import raw as plain
 from shellmb.meshes.raw import CELLS, RawMesh, cell_cross, check_extent, vertex_count
-from shellmb.meshes.regions import refined, with_areas, with_edges
 from shellmb.meshes.shared import Described, shared_mesh
 from shellmb.meshes.surfaces.structured import map_normals, structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
@@ -147,14 +147,14 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
 def _raw(shell: Shell) -> RawMesh:
     surface = shell.surface
     if not isinstance(surface, Meshed):
-        return with_areas(structured_mesh(shell), shell.areas, shell.name)
+        return plain.with_areas(structured_mesh(shell), shell.areas, shell.name)
     # gmsh takes a second to load
     if isinstance(surface, MeshFile):
         from shellmb.meshes.files.shellmesh import file_mesh as read
     else:
         from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh as read
-    raw = with_edges(read(shell), surface.edges_where, shell.name)
-    return refined(with_areas(raw, shell.areas, shell.name), surface.refine)
+    raw = plain.with_edges(read(shell), surface.edges_where, shell.name)
+    return plain.refined(plain.with_areas(raw, shell.areas, shell.name), surface.refine)
 
 
 def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:

@@ -11,6 +11,7 @@ the time for 16 joints (`tests/meshes/test_real_elements.py`).
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from mpi4py import MPI
 
@@ -63,16 +64,18 @@ def node_space(nodes: NodeMesh, parts: dict[str, int]) -> MixedSpace:
         nodes: The node mesh.
         parts: Name to number of components of each part.
     """
-    elements = {
-        name: basix.ufl.element("DG", "interval", 0, shape=(size,) if size > 1 else ())
-        for name, size in parts.items()
-    }
+    elements = {name: _constant(size) for name, size in parts.items()}
     mixed = mixed_space(nodes.mesh, elements, frozenset())
     for name, size in parts.items():
         # in the order of the cells, which is that of `nodes.item`
         cells = mixed.subspaces[name].dofmap.list[:, 0]
         mixed.dofs[name] = mixed.dofs[name].reshape(-1, size)[cells].ravel()
     return mixed
+
+
+def _constant(size: int) -> Any:
+    """Element of so many constants for each node."""
+    return basix.ufl.element("DG", "interval", 0, shape=(size,) if size > 1 else ())
 
 
 def constant_vector(nodes: NodeMesh, values: Floats, name: str) -> fem.Function:
@@ -83,9 +86,7 @@ def constant_vector(nodes: NodeMesh, values: Floats, name: str) -> fem.Function:
         values: One row per node, shape (n, size).
         name: Name of the function.
     """
-    size = values.shape[1]
-    shape = (size,) if size > 1 else ()
-    space = space_on(nodes.mesh, basix.ufl.element("DG", "interval", 0, shape=shape))
+    space = space_on(nodes.mesh, _constant(values.shape[1]))
     function = fem.Function(space, name=name)
     set_constants(function, nodes, values)
     return function

@@ -33,7 +33,7 @@ from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.types import NONE, NOTHING, Completed, Name, Several
 from shellmb.scene.units import check_order, parse_units
 from shellmb.scene.values.bodies import Ground, SceneBody, UserBody
-from shellmb.scene.values.validate import described, kind_of, listed, said
+from shellmb.scene.values.validate import described, listed, said
 
 type Body = Shell | Beam | RigidBody | UserBody
 
@@ -202,7 +202,7 @@ class Description:
         if named is not None:
             if isinstance(named, kinds):
                 return named
-            raise SceneError(f"{who}: '{name}' is a {kind_of(named)}; it must be a {wanted}")
+            raise SceneError(f"{who}: '{name}' is a {named.label}; it must be a {wanted}")
         fitting = [b for b in self.bodies if isinstance(b, kinds)]
         if name is None:
             if not fitting:
@@ -211,7 +211,7 @@ class Description:
                 known = listed(b.name for b in fitting)
                 raise SceneError(f"{who}: body is missing; it must be one of {known}")
             return fitting[0]
-        what = kind_of(fitting[0]) if len({type(b) for b in fitting}) == 1 else "body"
+        what = fitting[0].label if len({type(b) for b in fitting}) == 1 else "body"
         known = listed(b.name for b in fitting) or "none"
         raise SceneError(f"{who}: there is no {what} '{name}'; the scene has {known}")
 

@@ -6,6 +6,7 @@ XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")
 # in names of components of strains: these are changes of a direction by length
 CURVATURES = ("kap", "twist", "curvature")
+STRAIN = "strain or curvature"
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class FieldKind:
         Args:
             component: Its name; None: all together.
         """
-        if self.quantity != "strain or curvature" or component is None:
+        if self.quantity != STRAIN or component is None:
             return self.quantity
         return "curvature" if any(name in component for name in CURVATURES) else "number"
 
@@ -43,35 +44,28 @@ def _kind(
     return FieldKind(what, quantity, components, frozenset(bodies.split()), axis)
 
 
-EVERY, SHELL, BEAM = "shell beam rigid joint", "shell", "beam"
-LOWER_UPPER = tuple(f"{face} {c}" for face in ("lower", "upper") for c in PLANE)
+EVERY, BODIES, SHELL = "shell beam rigid joint", "shell beam rigid", "shell"
+FACES, BOTH = ("lower", "upper"), ("first", "second")
+LOWER_UPPER = tuple(f"{face} {c}" for face in FACES for c in PLANE)
 SIX = tuple(f"{side} {c}" for side in ("bottom", "middle", "top") for c in SHEAR)
 SPRINGS = ("eps 11", "eps 22", "2 eps 12", "kap 11", "kap 22", "2 kap 12")
-EXTREMES = tuple(f"{face} {which}" for face in ("lower", "upper") for which in ("first", "second"))
+EXTREMES = tuple(f"{face} {which}" for face in FACES for which in BOTH)
 
 FIELDS: dict[str, FieldKind] = {
     "displacement": _kind("displacement", "length", XYZ, "axis", EVERY),
-    "director": _kind("directors", "number", XYZ, "axis", "shell beam rigid"),
-    "velocity": _kind("velocity", "velocity", XYZ, "axis", "shell beam rigid"),
-    "director_velocity": _kind(
-        "velocities of directors", "angular velocity", XYZ, "axis", "shell beam rigid"
-    ),
+    "director": _kind("directors", "number", XYZ, "axis", BODIES),
+    "velocity": _kind("velocity", "velocity", XYZ, "axis", BODIES),
+    "director_velocity": _kind("velocities of directors", "angular velocity", XYZ, "axis", BODIES),
     "N": _kind("membrane forces", "force per length", PLANE, "plane", SHELL),
     "M": _kind("bending moments", "moment per length", PLANE, "plane", SHELL),
     "Q": _kind("transverse shear forces", "force per length", SHEAR, "across", SHELL),
-    "principal_N": _kind(
-        "principal membrane forces", "force per length", ("first", "second"), "principal", SHELL
-    ),
-    "strains": _kind("strains", "strain or curvature", (), "strain", "shell beam"),
-    "branch_strains": _kind(
-        "strains of Maxwell branches", "strain or curvature", SPRINGS, "branch", "relaxing"
-    ),
+    "principal_N": _kind("principal membrane forces", "force per length", BOTH, "principal", SHELL),
+    "strains": _kind("strains", STRAIN, (), "strain", "shell beam"),
+    "branch_strains": _kind("strains of Maxwell branches", STRAIN, SPRINGS, "branch", "relaxing"),
     "natural_factor": _kind("factor of natural strains", "number", (), "", "held"),
     "energy_density": _kind("strain energy density", "energy per area", (), "", "shell beam"),
     "surface_stress": _kind("stresses at both faces", "stress", LOWER_UPPER, "face", "linear"),
-    "von_mises": _kind(
-        "von Mises stresses at both faces", "stress", ("lower", "upper"), "surface", "linear"
-    ),
+    "von_mises": _kind("von Mises stresses at both faces", "stress", FACES, "surface", "linear"),
     "principal_stress": _kind(
         "principal stresses at both faces", "stress", EXTREMES, "extreme", "linear"
     ),

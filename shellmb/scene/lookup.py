@@ -11,32 +11,19 @@ from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.bodies import UserBody
-from shellmb.scene.values.validate import kind_of as kind_of
 from shellmb.scene.values.validate import listed as listed
 from shellmb.scene.values.validate import said as said
 
 OURS = (Shell, Beam, RigidBody)
-FRAMES = (Beam, RigidBody)
 ANY = (*OURS, UserBody)
 # what does not stand here acts on shells
-ACTS_ON: dict[type, tuple[type, ...]] = {
-    loads.Gravity: ANY,
-    loads.PointForce: ANY,
-    loads.LineForce: (Beam,),
-    loads.FollowerLineForce: (Beam,),
-    loads.LineMoment: (Beam,),
-    loads.PointMoment: OURS,
-    loads.FollowerForce: FRAMES,
-    loads.FollowerMoment: FRAMES,
-    supports.Clamped: (Shell, Beam, UserBody),
-    supports.Hinged: (Shell, Beam, UserBody),
-    supports.Fixed: (Shell, Beam, UserBody),
-    supports.SymmetryPlane: (Shell, UserBody),
-    supports.Driven: (Shell, UserBody),
-    contacts.Potential: OURS,
-    contacts.Contact: OURS,
-    InitialVelocity: ANY,
-    Probe: ANY,
+ACTS_ON: dict[tuple[type, ...], tuple[type, ...]] = {
+    (loads.Gravity, loads.PointForce, InitialVelocity, Probe): ANY,
+    (loads.LineForce, loads.FollowerLineForce, loads.LineMoment): (Beam,),
+    (loads.PointMoment, contacts.Potential, contacts.Contact): OURS,
+    (loads.FollowerForce, loads.FollowerMoment): (Beam, RigidBody),
+    (supports.Clamped, supports.Hinged, supports.Fixed): (Shell, Beam, UserBody),
+    (supports.SymmetryPlane, supports.Driven): (Shell, UserBody),
 }
 
 
@@ -49,8 +36,8 @@ def small_strains(body: Any) -> str:
 
 def kinds_of(item: Any) -> tuple[type, ...]:
     """Kinds of bodies that a support, load, initial velocity or probe can act on."""
-    for kind, accepted in ACTS_ON.items():
-        if isinstance(item, kind):
+    for kinds, accepted in ACTS_ON.items():
+        if isinstance(item, kinds):
             return accepted
     # a load or support that a user derived acts wherever it says
     return (Shell,) if type(item).__module__.startswith("shellmb.") else OURS

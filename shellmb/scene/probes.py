@@ -1,34 +1,21 @@
 """Records of a run at single points."""
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Held, Listed, Name, PositiveInt, Spot, Untrue
 from shellmb.scene.values.validate import Sentences, described, show
 
-Quantity = Literal[
-    "displacement",
-    "position",
-    "velocity",
-    "director",
-    "rotation",
-    "angular_velocity",
-    "force",
-    "moment",
-    "membrane",
-    "bending",
-    "shear",
-]
-
-
 # what a probe can record as a frame sees it
-MOTIONS = ("displacement", "position", "velocity", "director", "rotation", "angular_velocity")
+Motion = Literal["displacement", "position", "velocity", "director", "rotation", "angular_velocity"]
 # what it records of a section: in motion a mean over the step
-RESULTANTS = ("force", "moment", "membrane", "bending", "shear")
-
-
+Resultant = Literal["force", "moment", "membrane", "bending", "shear"]
+MOTIONS, RESULTANTS = get_args(Motion), get_args(Resultant)
 Component = Literal[0, 1, 2, "norm"]
+# criteria of failure, of stresses along a ply and of those across it, too
+InPlane = Literal["max-stress", "max-strain", "tsai-hill", "tsai-wu", "hashin", "puck"]
+Across = Literal["interlaminar", "von-mises"]
 Z: Any = 2
 
 
@@ -63,7 +50,7 @@ class Probe:
 
     name: Name
     at: Point
-    quantity: Quantity = "displacement"
+    quantity: Literal[Motion, Resultant] = "displacement"
     component: Annotated[Held[Component, int | Literal["norm"]], Untrue] = Z
     body: Name | None = None
     frame: Name | None = None
@@ -102,16 +89,7 @@ class Reserve:
     """
 
     name: Name
-    criterion: Literal[
-        "max-stress",
-        "max-strain",
-        "tsai-hill",
-        "tsai-wu",
-        "hashin",
-        "puck",
-        "interlaminar",
-        "von-mises",
-    ]
+    criterion: Literal[InPlane, Across]
     body: Name | None = None
     where: Callable[[Any], Any] | None = None
     plies: Listed[PositiveInt] = NONE

@@ -89,14 +89,13 @@ class Scene(Description):
         check(self)
 
     def __repr__(self) -> str:
-        kinds: dict[str, tuple[Any, ...]] = {"shell": self.shells, "beam": self.beams}
-        kinds |= {"rigid": self.rigid_bodies, "own": self.own_bodies}
-        words = {kind: (f"{kind} body", f"{kind} bodies") for kind in ("rigid", "own")}
-        counts = [
-            f"{len(some)} {words.get(kind, (kind, f'{kind}s'))[len(some) > 1]}"
-            for kind, some in kinds.items()
-            if some
-        ]
+        several: dict[tuple[str, str], tuple[Any, ...]] = {
+            ("shell", "shells"): self.shells,
+            ("beam", "beams"): self.beams,
+            ("rigid body", "rigid bodies"): self.rigid_bodies,
+            ("own body", "own bodies"): self.own_bodies,
+        }
+        counts = [f"{len(some)} {words[len(some) > 1]}" for words, some in several.items() if some]
         return f"<Scene '{self.name}': {', '.join(counts)}, {self.scheme_name}>"
 
     def with_options(

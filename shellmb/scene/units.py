@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 # derived units that have names of their own, by those of length, mass and time
-NAMED = {
-    ("m", "kg", "s"): {"force": "N", "stress": "Pa", "energy": "J", "moment": "N m"},
-    ("mm", "t", "s"): {"force": "N", "stress": "MPa", "energy": "mJ", "moment": "N mm"},
-    ("mm", "kg", "ms"): {"force": "kN", "stress": "GPa", "energy": "J", "moment": "kN mm"},
+NAMED: dict[tuple[str, ...], dict[str, str]] = {
+    ("m", "kg", "s"): {"force": "N", "stress": "Pa", "energy": "J"},
+    ("mm", "t", "s"): {"force": "N", "stress": "MPa", "energy": "mJ"},
+    ("mm", "kg", "ms"): {"force": "kN", "stress": "GPa", "energy": "J"},
 }
 
 # frequent names of each; a place of another one has none of them
@@ -54,33 +54,18 @@ class Units:
             return PLAIN[quantity]
         if len(self.names) != 3:
             return ""
-        length, mass, time = self.names
-        named = NAMED.get((length, mass, time), {})
+        named, (length, _, time) = NAMED.get(self.names, {}), self.names
         if quantity in named:
             return named[quantity]
-        force = named.get("force")
-        per = {
-            "angular velocity": f"rad/{time}",
-            "strain or curvature": f"-, 1/{length}",
-            "force per length": force and f"{force}/{length}",
-            "moment per length": force,
-            "energy per length": force,
-            "energy per area": force and f"{force}/{length}",
-        }
-        return per.get(quantity) or self._composed(quantity)
-
-    def _composed(self, quantity: str) -> str:
-        above: list[str] = []
-        below: list[str] = []
-        for name, power in zip(self.names, POWERS[quantity], strict=True):
-            size = {1: "", 2: "²"}.get(abs(power), f"^{abs(power)}")
-            if power:
-                (above if power > 0 else below).append(f"{name}{size}")
-        over = " ".join(above) or "1"
-        under = " ".join(below)
-        if not below:
-            return over
-        return f"{over}/({under})" if len(below) > 1 else f"{over}/{under}"
+        if quantity == "angular velocity":
+            return f"rad/{time}"
+        if quantity == "strain or curvature":
+            return f"-, 1/{length}"
+        powers = POWERS[quantity]
+        if named and powers[1]:
+            # what has a mass is a force, times or over lengths
+            return _composed((named["force"], length), (1, powers[0] - 1))
+        return _composed(self.names, powers)
 
     def label(self, text: str, quantity: str) -> str:
         """A label with its unit in brackets, if there is one.
@@ -91,6 +76,20 @@ class Units:
         """
         unit = self.of(quantity)
         return f"{text} [{unit}]" if unit else text
+
+
+def _composed(names: tuple[str, ...], powers: tuple[int, ...]) -> str:
+    above: list[str] = []
+    below: list[str] = []
+    for name, power in zip(names, powers, strict=True):
+        size = {1: "", 2: "²"}.get(abs(power), f"^{abs(power)}")
+        if power:
+            (above if power > 0 else below).append(f"{name}{size}")
+    over = " ".join(above) or "1"
+    under = " ".join(below)
+    if not below:
+        return over
+    return f"{over}/({under})" if len(below) > 1 else f"{over}/{under}"
 
 
 def parse_units(text: str | None) -> Units:

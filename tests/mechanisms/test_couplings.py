@@ -120,7 +120,6 @@ def test_springs_act_through_gears_in_statics() -> None:
     [
         (sm.Gear("g", "on_a", "nowhere", ratio=1.0), "coupling 'g': there is no joint 'nowhere'"),
         (sm.Gear("g", "on_a", ("on_b", "translation"), ratio=1.0), "has no translation"),
-        (sm.Gear("g", "on_a", "on_b", ratio=0.0), "the factor of joint 'on_a' is 0"),
         (sm.Gear("g", "on_a", "on_a", ratio=2.0), "it must have two or more, each once"),
         (sm.Coupling("g", {"on_a": 1.0}), "it must have two or more, each once"),
         # one coordinate by two names, which would stand still
@@ -130,6 +129,16 @@ def test_springs_act_through_gears_in_statics() -> None:
         ),
         (sm.Differential("g", "on_a", "on_a", "on_b"), "it must have two or more, each once"),
         (sm.Differential("g", "on_a", "on_b", "on_b"), "it must have two or more, each once"),
+        # a belt or a planet on a slide is none
+        *(
+            (coupled, "the coordinate of joint 'slide' is a translation; it must be a rotation")
+            for coupled in (
+                sm.Belt("g", "on_a", "slide", radii=(0.1, 0.2)),
+                sm.Belt("g", ("slide", "translation"), "on_b", radii=(0.1, 0.2), crossed=True),
+                sm.Differential("g", "slide", "on_a", "on_b"),
+                sm.Differential("g", "on_a", "on_b", "slide"),
+            )
+        ),
         (sm.Coupling("g", {"on_a": 1.0, "on_b": 1.0}, lambda t: 1 + t), "must begin as 0"),
         (sm.Coupling("g", {"on_a": 1.0, "on_b": 1.0}, sm.Command("c")), "no value over time"),
         (
@@ -150,3 +159,12 @@ def test_what_does_not_fit_is_refused(coupling: Any, sentence: str | None) -> No
         return
     with pytest.raises(sm.SceneError, match=sentence):
         sm.run(train(coupling), pictures=False)
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0, 0])
+def test_factors_of_zero_are_refused(zero: float) -> None:
+    """What has no share in a relation is refused by the parameter that says so."""
+    with pytest.raises(sm.SceneError, match=r"gear 'g': ratio is -?0.0; it must not be 0; .* Lock"):
+        sm.Gear("g", "on_a", "on_b", ratio=zero)
+    with pytest.raises(sm.SceneError, match="coupling 'g': the factor of 'on_b' is 0; it must not"):
+        sm.Coupling("g", {"on_a": 1.0, "on_b": zero})

@@ -13,7 +13,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh, build_line, line_mesh_from_nodes
 from shellmb.meshes.spaces import beam_space
 from shellmb.native import kernels
-from shellmb.scene import CircularArc, Line, ParametricCurve
+from shellmb.scene import Beam, CircularArc, CircularSection, Line, ParametricCurve
 
 RADIUS = 2.0
 
@@ -32,7 +32,10 @@ CURVES = {
 
 
 def made(curve: Any, elements: int = 4, degree: int = 2, up: Any = None) -> LineMesh:
-    return build_line("b", curve, elements, degree, up, MPI.COMM_WORLD)
+    beam = Beam("b", curve, CircularSection(1.0, 0.0, radius=0.1), elements=elements)
+    # also such as a beam refuses
+    vars(beam).update(degree=degree, up=up)
+    return build_line(beam, MPI.COMM_WORLD)
 
 
 def nodes_and_triads(line: LineMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -179,7 +182,7 @@ def test_the_parts_of_the_space_list_nodes_in_the_same_order() -> None:
 @pytest.mark.parametrize(
     ("curve", "elements", "up", "message"),
     [
-        (CURVES["line"], 4, (1, 2, 2), r"up \(1.0, 2.0, 2.0\) is tangent .* at \(0.1, 0.2, 0.3\)"),
+        (CURVES["line"], 4, (1, 2, 2), r"up is \(1, 2, 2\); it is tangent .* at \(0.1, 0.2, 0.3\)"),
     ],
 )
 def test_what_cannot_be_meshed(curve: Any, elements: int, up: Any, message: str) -> None:
@@ -200,12 +203,12 @@ import numpy as np, ufl
 from dolfinx import fem
 from shellmb.meshes.curve_mesh import build_line
 from shellmb.meshes.spaces import beam_space
-from shellmb.scene import CircularArc
+from shellmb.scene import Beam, CircularArc, CircularSection
 comm = MPI.COMM_WORLD
 for angle in (1.0, 2 * np.pi):
     for elements in (3, 8):
         arc = CircularArc((0, 0, 0), (2, 0, 0), (0, 0, 1), angle)
-        line = build_line("b", arc, elements, 2, None, comm)
+        line = build_line(Beam("b", arc, CircularSection(1.0, 0.0, radius=0.1), elements), comm)
         space = beam_space(line.mesh, 2).subspaces["w"]
         D, n = line.frames(space), space.dofmap.index_map.size_local
         x = space.tabulate_dof_coordinates()

@@ -205,7 +205,7 @@ def test_instances_are_where_the_file_says(case: str, tmp_path: Path) -> None:
         "*Element, type=S3\n1, 1, 2, 3\n*End Part\n*Assembly, name=A\n"
         f"*Instance, name=i, part=p\n{move}*End Instance\n*End Assembly\n"
     )
-    x = read_abaqus(file, "shell").x
+    x = read_abaqus(file).x
     assert np.linalg.norm(x - wanted, axis=1).min() == pytest.approx(0.0, abs=1e-12)
 
 

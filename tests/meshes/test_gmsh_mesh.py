@@ -103,7 +103,7 @@ def test_files_keep_their_cells_and_order(fold_file):
 def test_errors(fold_file):
     cases = {
         "has several physical surfaces; group must be one of 'floor', 'wall'": (None, "tri"),
-        "has no physical surface 'roof'; it has 'floor', 'wall'": ("roof", "tri"),
+        "has no set of cells 'roof'; it has 'floor', 'wall'": ("roof", "tri"),
         "has triangles; cell must be 'tri', not 'quad'": ("floor", "quad"),
     }
     for message, (group, cell) in cases.items():

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.meshes.raw import RawMesh, boundary_facets, cell_cross, facets, vertex_count
-from shellmb.meshes.regions import refined
+from shellmb.meshes.raw import RawMesh, boundary_facets, cell_cross, facets, refined, vertex_count
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import Scene
 from tests.meshes.strips import SECTION, grid

@@ -299,7 +299,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "directions of elements are left out",
         "shellmb/meshes/files/nastran.py",
-        "if given.isdigit() or real(card, offset - 1, who) != 0:",
+        "if given.isdigit() or real(card, offset - 1) != 0:",
         "if given.isdigit():",
         ("tests/meshes/test_decks.py::test_directions_of_elements_are_refused",),
     ),

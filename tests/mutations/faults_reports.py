@@ -124,7 +124,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "edge hinges that hold what others hold",
         "shellmb/preprocessing/constraint_analysis/redundancy.py",
-        "            redundant += held",
+        "            left += held",
         "            pass",
         (
             "tests/mechanisms/test_redundant_hinges.py::"

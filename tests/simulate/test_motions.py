@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.preprocessing.constraint_analysis.motions import Frame, describe
+from shellmb.preprocessing.constraint_analysis.mobility import Frame, describe
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,7 @@ from shellmb.demos.effects.catalogue.parts import Fits, Flexible, switches, use_
 from shellmb.demos.effects.effect import Effect, Use, names, refuse, whole
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
-from shellmb.scene.checks.ignored_settings import dissipates
-from shellmb.scene.schemes import SCHEMES
+from shellmb.scene.schemes import DISSIPATIVE, SCHEMES
 from shellmb.scene.settings import PathFollowing
 from shellmb.scene.values.validate import show
 
@@ -27,7 +26,7 @@ def _has_jump(scene: Scene) -> bool:
 
 def _dissipates(scene: Scene) -> bool:
     """Decide whether the scheme has a dissipation that may be chosen."""
-    return dissipates(scene) or hasattr(scene.scheme, "alpha")
+    return scene.scheme in DISSIPATIVE or hasattr(scene.scheme, "alpha")
 
 
 def _alpha(scene: Scene) -> float:

@@ -227,7 +227,7 @@ def wrapped_cylinder() -> Iterator[Check]:
         # stresses between plies that expand differently are in no field
         whole = strains + np.concatenate([free.membrane, free.curvature])
         rows = []
-        for k, (layer, expansion) in enumerate(zip(wall.layers, expansions, strict=True)):
+        for k, (layer, expansion) in enumerate(zip(wall.generic.layers, expansions, strict=True)):
             for z in wall.generic.heights[k : k + 2]:
                 strain = whole[:3] + z * whole[3:] - dT * np.array([*expansion, 0.0])
                 rows.append(float((layer.plane @ strain)[0]))

@@ -13,30 +13,18 @@ from pathlib import Path
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
-from shellmb.meshes.files.cards import included
+from shellmb.meshes.files.cards import DeckError, included
 from shellmb.meshes.files.kinds import FileContent
 
 # shells, membranes, and cells of plane models, by their numbers of nodes
 SHELL = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|CPS|CPE|CAX)([34689])")
-OF_COUNT = {3: "tri3", 6: "tri6", 4: "quad4", 8: "quad8", 9: "quad9"}
 # keywords that make or move nodes and elements, which are not carried out
 MAKE = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPERFECTION"}
 # keywords that tie nodes to one another
-TIES = {
-    "TIE",
-    "MPC",
-    "EQUATION",
-    "COUPLING",
-    "KINEMATIC COUPLING",
-    "DISTRIBUTING COUPLING",
-    "RIGID BODY",
-    "EMBEDDED ELEMENT",
-    "SHELL TO SOLID COUPLING",
-    "FASTENER",
-    "MASS",
-    "ROTARY INERTIA",
-}
+TIES = re.compile(
+    r"TIE|MPC|EQUATION|((KINEMATIC|DISTRIBUTING|SHELL TO SOLID) )?COUPLING|RIGID BODY"
+    r"|EMBEDDED ELEMENT|FASTENER|MASS|ROTARY INERTIA"
+)
 # sets have no more elements that are counted up
 LONGEST = 10**7
 
@@ -46,28 +34,26 @@ class _Part:
     """Content of one part: positions by node, kind and nodes by element, elements by set."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
-    elements: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
+    elements: dict[int, list[int]] = field(default_factory=dict)
     sets: dict[str, list[int]] = field(default_factory=dict)
 
 
-def read_abaqus(path: Path, who: str) -> FileContent:
+def read_abaqus(path: Path) -> FileContent:
     """Read an input file.
 
     Args:
         path: The file.
-        who: Whose mesh it is, for errors.
 
     Raises:
-        SceneError: If it makes nodes or elements by keywords, or a line cannot be read.
+        DeckError: If it makes nodes or elements by keywords, or a line cannot be read.
     """
-    return _Reader(who).read(path)
+    return _Reader().read(path)
 
 
 class _Reader:
     """Reads keywords one after the other."""
 
-    def __init__(self, who: str) -> None:
-        self.who = who
+    def __init__(self) -> None:
         self.parts: dict[str, _Part] = {}
         self.here = self.whole = _Part()
         # name, part or content of its own, and translation with rotation
@@ -80,22 +66,22 @@ class _Reader:
         self.oriented: set[str] = set()
 
     def read(self, path: Path) -> FileContent:
-        for name, options, data in _keywords((path,), self.who, []):
+        for name, options, data in _keywords((path,), []):
             try:
                 self._take(name, options, data)
             except (ValueError, IndexError) as error:
-                raise SceneError(
-                    f"{self.who}: the lines of *{name} are not read ({error}); they must be "
-                    "numbers with commas between them"
+                raise DeckError(
+                    f"the lines of *{name} are not read ({error}); they must be numbers with "
+                    "commas between them"
                 ) from error
         return self._found()
 
     def _take(self, name: str, options: dict[str, str], data: list[list[str]]) -> None:
         if name in MAKE or (name == "NODE" and "SYSTEM" in options) or "INPUT" in options:
             more = ", ".join(o for o in ("SYSTEM", "INPUT") if o in options and name not in MAKE)
-            raise SceneError(
-                f"{self.who}: *{name}{', ' + more if more else ''} is not read; write nodes and "
-                "elements out one by one, in Cartesian coordinates"
+            raise DeckError(
+                f"*{name}{', ' + more if more else ''} is not read; write nodes and elements out "
+                "one by one, in Cartesian coordinates"
             )
         if name == "PART":
             self.here = self.parts.setdefault(options.get("NAME", "").upper(), _Part())
@@ -108,15 +94,14 @@ class _Reader:
                 place = [float(v) for v in row[1:4] if v]
                 number, x = int(row[0]), [*place, 0.0, 0.0, 0.0][:3]
                 if self.here.nodes.setdefault(number, x) != x:
-                    raise SceneError(
-                        f"{self.who}: node {number} is there twice, at different places; it must "
-                        "be there once"
+                    raise DeckError(
+                        f"node {number} is there twice, at different places; it must be there once"
                     )
         elif name == "ELEMENT":
             self._elements(options, data)
         elif name == "ELSET":
             self._set(options, data)
-        elif name in TIES:
+        elif TIES.fullmatch(name):
             self.left_out[f"*{name}"] += 1
         elif name in ("SHELL SECTION", "SHELL GENERAL SECTION"):
             if "OFFSET" in options and not _is_zero(options["OFFSET"]):
@@ -140,11 +125,11 @@ class _Reader:
                 raise ValueError(f"{kind} has {count} nodes")
             for k in range(0, len(flat), count + 1):
                 numbers.append(flat[k])
-                element = OF_COUNT[count], flat[k + 1 : k + count + 1]
+                element = flat[k + 1 : k + count + 1]
                 if self.here.elements.setdefault(flat[k], element) != element:
-                    raise SceneError(
-                        f"{self.who}: element {flat[k]} is there twice, with different nodes; "
-                        "each must have a number of its own"
+                    raise DeckError(
+                        f"element {flat[k]} is there twice, with different nodes; each must have a "
+                        "number of its own"
                     )
         if "ELSET" in options:
             self._add(options["ELSET"], "", numbers)
@@ -154,9 +139,9 @@ class _Reader:
         of = options.get("PART", "")
         if "LIBRARY" in options or of.upper() not in self.parts:
             why = "of another run" if "LIBRARY" in options else f"of the part '{of}'"
-            raise SceneError(
-                f"{self.who}: instance '{options.get('NAME', '')}' is {why}, which is not there; "
-                "it must be of a *PART of the file"
+            raise DeckError(
+                f"instance '{options.get('NAME', '')}' is {why}, which is not there; it must be of "
+                "a *PART of the file"
             )
         part = self.parts[of.upper()]
         # what follows, if anything does, is of this instance alone
@@ -205,9 +190,9 @@ class _Reader:
             for other, numbers in dict(self.assembly.get(key, {})).items():
                 self._add(name, other, list(numbers))
         else:
-            raise SceneError(
-                f"{self.who}: the set '{name}' has '{value}' in it, which is not there; it must be "
-                "an element or a set that is defined before"
+            raise DeckError(
+                f"the set '{name}' has '{value}' in it, which is not there; it must be an element "
+                "or a set that is defined before"
             )
 
     def _add(self, name: str, of: str, numbers: list[int]) -> None:
@@ -226,15 +211,14 @@ class _Reader:
             rows = {number: len(x) + k for k, number in enumerate(part.nodes)}
             x += list(_moved(np.array(list(part.nodes.values())).reshape(-1, 3), moved))
             places = {}
-            for number, (kind, nodes) in part.elements.items():
+            for number, nodes in part.elements.items():
                 missing = [node for node in nodes if node not in rows]
                 if missing:
-                    raise SceneError(
-                        f"{self.who}: element {number} has the node {missing[0]}; it must be one "
-                        "of *NODE"
+                    raise DeckError(
+                        f"element {number} has the node {missing[0]}; it must be one of *NODE"
                     )
                 places[number] = len(found.cells)
-                found.cells.append((kind, [rows[node] for node in nodes]))
+                found.cells.append([rows[node] for node in nodes])
             own = [(name, numbers) for name, numbers in part.sets.items()]
             own += [(name, by[instance]) for name, by in self.assembly.items() if instance in by]
             for name, numbers in own:
@@ -266,7 +250,7 @@ def _moved(x: Floats, moved: list[list[float]]) -> Floats:
 
 
 def _keywords(
-    within: tuple[Path, ...], who: str, read: list[Path]
+    within: tuple[Path, ...], read: list[Path]
 ) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:
     """Keywords with their options and lines of data, those of included files in their places."""
     lines = [
@@ -294,5 +278,5 @@ def _keywords(
         if name != "INCLUDE":
             yield name, options, data
             continue
-        files = included(options.get("INPUT", ""), who, within, read)
-        yield from _keywords(files, who, read)
+        files = included(options.get("INPUT", ""), within, read)
+        yield from _keywords(files, read)

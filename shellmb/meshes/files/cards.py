@@ -4,8 +4,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from shellmb.errors import SceneError
-
 # files do not include one another deeper than this, and decks no more files than this, which may
 # include one another again and again
 DEEPEST, MOST = 100, 10_000
@@ -14,25 +12,28 @@ USED = re.compile(r"GRID|GRDSET|CORD|CTRIA|CQUAD|PCOMP|PSHELL")
 _EXPONENT = re.compile(r"([+-]?[0-9]*\.?[0-9]*)([+-][0-9]+)")
 
 
-def cards(path: Path, who: str) -> Iterator[list[str]]:
+class DeckError(Exception):
+    """A mistake in a deck; the text says what would be right."""
+
+
+def cards(path: Path) -> Iterator[list[str]]:
     """Cards of a deck: each its name in capitals, and its fields without those of continuations.
 
     Args:
         path: The file.
-        who: Whose mesh it is, for errors.
 
     Raises:
-        SceneError: If it includes a file that is not there, or goes round in a circle; if a card
+        DeckError: If it includes a file that is not there, or goes round in a circle; if a card
             that is used has more fields than a line takes, goes on elsewhere, or is repeated.
     """
     card: list[str] = []
     mark = ""
-    for line in _bulk(list(_lines((path,), who, []))):
+    for line in _bulk(list(_lines((path,), []))):
         name, fields, more, goes_on = _fields(line)
         if name.startswith("="):
-            raise SceneError(
-                f"{who}: the line '{line.strip()}' repeats the card before it, which is not read; "
-                "write all cards out"
+            raise DeckError(
+                f"the line '{line.strip()}' repeats the card before it, which is not read; write "
+                "all cards out"
             )
         if not goes_on:
             if card:
@@ -40,31 +41,30 @@ def cards(path: Path, who: str) -> Iterator[list[str]]:
             card = [name]
         used = USED.match(card[0]) if card else None
         if used and goes_on and mark and name[1:] and name.strip("+*") != mark:
-            raise SceneError(
-                f"{who}: {' '.join(card[:2])} goes on in a line '{mark}', but the next one is "
-                f"'{name}'; continuations must follow their cards"
+            raise DeckError(
+                f"{' '.join(card[:2])} goes on in a line '{mark}', but the next one is '{name}'; "
+                "continuations must follow their cards"
             )
         mark = more[0].strip("+* ").upper() if more and more[0][:1] in ("+", "*") else ""
         if used and (any(more[1:]) or (more and more[0][:1].isdigit())):
-            raise SceneError(
-                f"{who}: the line '{line.strip()}' has more than {len(fields)} fields; the rest "
-                "must be in the next line, which begins with a comma"
+            raise DeckError(
+                f"the line '{line.strip()}' has more than {len(fields)} fields; the rest must be "
+                "in the next line, which begins with a comma"
             )
         card += fields
     if card:
         yield card
 
 
-def integer(card: list[str], k: int, who: str) -> int | None:
+def integer(card: list[str], k: int) -> int | None:
     """A field as a whole number; None where it is empty.
 
     Args:
         card: The card.
         k: Number of the field.
-        who: Whose mesh it is, for errors.
 
     Raises:
-        SceneError: If it is none.
+        DeckError: If it is none.
     """
     text = card[k] if k < len(card) else ""
     if not text:
@@ -72,44 +72,42 @@ def integer(card: list[str], k: int, who: str) -> int | None:
     try:
         return int(text)
     except ValueError:
-        raise _wrong(card, k, who, "a whole number") from None
+        raise _wrong(card, k, "a whole number") from None
 
 
-def real(card: list[str], k: int, who: str) -> float:
+def real(card: list[str], k: int) -> float:
     """A field as a number, 0 where it is empty; also ``1.5-3`` and ``1.5D-3``.
 
     Args:
         card: The card.
         k: Number of the field.
-        who: Whose mesh it is, for errors.
 
     Raises:
-        SceneError: If it is none.
+        DeckError: If it is none.
     """
     text = (card[k] if k < len(card) else "").upper().replace("D", "E")
     short = _EXPONENT.fullmatch(text)
     try:
         return float(f"{short[1]}E{short[2]}" if short and short[1] else text or 0.0)
     except ValueError:
-        raise _wrong(card, k, who, "a number") from None
+        raise _wrong(card, k, "a number") from None
 
 
-def _wrong(card: list[str], k: int, who: str, right: str) -> SceneError:
+def _wrong(card: list[str], k: int, right: str) -> DeckError:
     named = " ".join(card[:3])
-    return SceneError(f"{who}: field {k} of {named} is '{card[k]}'; it must be {right}")
+    return DeckError(f"field {k} of {named} is '{card[k]}'; it must be {right}")
 
 
-def included(name: str, who: str, within: tuple[Path, ...], read: list[Path]) -> tuple[Path, ...]:
+def included(name: str, within: tuple[Path, ...], read: list[Path]) -> tuple[Path, ...]:
     """A file that another one includes, behind those that it is within.
 
     Args:
         name: Its name as the other one has it.
-        who: Whose mesh it is, for errors.
         within: The file that includes it, the last one, and those that include that.
         read: All files that were included so far; it is added.
 
     Raises:
-        SceneError: If there is no such file, it includes itself, or there are too many.
+        DeckError: If there is no such file, it includes itself, or there are too many.
     """
     other = within[-1].parent / name
     read.append(other)
@@ -123,11 +121,11 @@ def included(name: str, who: str, within: tuple[Path, ...], read: list[Path]) ->
     elif len(read) > MOST:
         why = f"there must be at most {MOST} files"
     if why:
-        raise SceneError(f"{who} includes '{name}'; {why}")
+        raise DeckError(f"it includes '{name}'; {why}")
     return (*within, other)
 
 
-def _lines(within: tuple[Path, ...], who: str, read: list[Path]) -> Iterator[str]:
+def _lines(within: tuple[Path, ...], read: list[Path]) -> Iterator[str]:
     """Lines without comments, those of included files in their places."""
     for raw in within[-1].read_text(errors="replace").splitlines():
         line = raw.partition("$")[0].rstrip()
@@ -137,7 +135,7 @@ def _lines(within: tuple[Path, ...], who: str, read: list[Path]) -> Iterator[str
             yield line
             continue
         name = line.lstrip()[7:].strip().strip("'\"")
-        yield from _lines(included(name, who, within, read), who, read)
+        yield from _lines(included(name, within, read), read)
 
 
 def _bulk(lines: list[str]) -> Iterator[str]:

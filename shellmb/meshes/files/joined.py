@@ -3,7 +3,6 @@
 A whole surface has one side: normals of its cells are consistently oriented.
 """
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -15,7 +14,7 @@ from scipy.spatial import cKDTree
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.kinds import Block
-from shellmb.meshes.raw import FACETS, Cell, RawMesh, boundary_facets, cell_cross, vertex_count
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, boundary_facets, cell_cross, ties
 
 # sides shorter than this part of the longest side of their cell are none, and cells with less
 # height than this part of their longest side have no area
@@ -75,45 +74,43 @@ def joined(x: Floats, blocks: Sequence[Block], part: float) -> tuple[Ints, float
     room = size[pairs].min(axis=1)
     near = away <= part * room
     pairs, far = pairs[near], float((away / room)[near].max(initial=0.0))
-    graph = scipy.sparse.coo_array(
-        (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(x), len(x))
-    )
-    _, label = connected_components(graph, directed=False)
+    label = components(len(x), *pairs.T)
     _, first = np.unique(label, return_index=True)
     return np.asarray(first[label], dtype=np.int64), far
 
 
-def empty(x: Floats, cells: Ints, cell: Cell) -> np.ndarray:
+def components(count: int, first: Ints, second: Ints) -> Ints:
+    """A number of each of some things, which is the same for those that pairs tie together.
+
+    Args:
+        count: How many things there are.
+        first: The first of each pair.
+        second: The second of each pair.
+    """
+    graph = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def empty(x: Floats, block: Block) -> np.ndarray:
     """Cells without area: their corners are on one line, or are fewer than three.
 
     Args:
         x: Positions of the nodes.
-        cells: Cells in the order of DOLFINx.
-        cell: Their type.
+        block: The cells.
     """
-    corners = x[cells[:, : vertex_count(cell)]]
-    longest = sides(x, cells, cell).max(axis=1, initial=0.0)
+    longest = sides(x, block.rows, block.cell).max(axis=1, initial=0.0)
     # the largest triangle of corners counts, so that no sides are taken from one another
-    thirds = [(0, 1, 2)] if cell == "tri" else [(0, 1, 2), (1, 3, 2), (0, 1, 3), (0, 3, 2)]
-    areas = [
-        np.linalg.norm(
-            np.cross(corners[:, b] - corners[:, a], corners[:, c] - corners[:, a]), axis=1
-        )
-        for a, b, c in thirds
-    ]
-    return np.asarray(np.max(areas, axis=0) <= NOTHING * longest**2)
+    thirds = [(0, 1, 2), (1, 3, 2), (0, 1, 3), (0, 3, 2)][: 1 if block.cell == "tri" else 4]
+    a, b, c = np.moveaxis(x[block.vertices[:, thirds]], 2, 0)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=2)
+    return np.asarray(areas.max(axis=1) <= NOTHING * longest**2)
 
 
-def doubles(cells: Ints, cell: Cell) -> Ints:
-    """Cells whose corners another one has before them.
-
-    Args:
-        cells: Cells in the order of DOLFINx.
-        cell: Their type.
-    """
-    corners = np.sort(cells[:, : vertex_count(cell)], axis=1)
+def doubles(block: Block) -> Ints:
+    """Cells whose corners another one has before them."""
+    corners = np.sort(block.vertices, axis=1)
     _, first = np.unique(corners, axis=0, return_index=True)
-    return np.setdiff1d(np.arange(len(cells)), first)
+    return np.setdiff1d(np.arange(len(corners)), first)
 
 
 # vertices of a cell going round it
@@ -139,8 +136,7 @@ def oriented(x: Floats, cells: Ints, cell: Cell, name: str) -> Floats:
     # each cell twice, as it is and turned over, and neighbours joined as they have one side
     turned = np.where(opposite, 0, count)
     ends = np.hstack([(first, second + turned), (first + count, second + count - turned)])
-    graph = scipy.sparse.coo_array((np.ones(ends.shape[1]), tuple(ends)), shape=(2 * count,) * 2)
-    label, over = connected_components(graph, directed=False)[1].reshape(2, count)
+    label, over = components(2 * count, *ends).reshape(2, count)
     if np.any(label == over):
         raise SceneError(
             f"shell '{name}': its mesh has one side only, like a Moebius strip; "
@@ -149,7 +145,7 @@ def oriented(x: Floats, cells: Ints, cell: Cell, name: str) -> Floats:
     # the first cell of a part, as it is, has the smaller label
     sign, part = np.where(label < over, 1.0, -1.0), np.minimum(label, over)
     sign *= np.where(np.bincount(part, sign) < 0, -1.0, 1.0)[part]
-    return np.asarray(cell_cross(x[cells[:, : vertex_count(cell)]]) * sign[:, None])
+    return np.asarray(cell_cross(x[cells[:, : len(ROUND[cell])]]) * sign[:, None])
 
 
 def _neighbours(cells: Ints, cell: Cell, name: str) -> tuple[Ints, Ints, np.ndarray]:
@@ -198,7 +194,10 @@ def gaps(raw: RawMesh) -> list[Gap]:
     Args:
         raw: The mesh.
     """
-    return _Search(raw).found()
+    search = _Search(raw)
+    on_sides, at_ends, done = search.on_sides()
+    alone = sorted({*at_ends, *search.on_cells()} - done)
+    return on_sides + [Gap(raw.x[[node]], (node,)) for node in alone]
 
 
 class _Search:
@@ -214,13 +213,7 @@ class _Search:
         # the only cell of each side of the boundary
         self.sides, self.owner = boundary_facets(raw.cells, raw.cell)
 
-    def found(self) -> list[Gap]:
-        """Sides first, then nodes that lie in cells."""
-        on_sides, at_ends, done = self._on_sides()
-        alone = sorted({*at_ends, *self._on_cells()} - done)
-        return on_sides + [Gap(self.x[[node]], (node,)) for node in alone]
-
-    def _on_sides(self) -> tuple[list[Gap], set[int], set[int]]:
+    def on_sides(self) -> tuple[list[Gap], set[int], set[int]]:
         """Sides of the boundary with nodes of the boundary on them.
 
         Of two sides that lie on one another the first is listed.
@@ -237,11 +230,7 @@ class _Search:
         ends = self.x[self.sides]
         middle, along = ends.mean(axis=1), ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1)
-        beside: dict[int, set[int]] = defaultdict(set)
-        for a, b in self.sides.tolist():
-            beside[a].add(b)
-            beside[b].add(a)
-        found = []
+        found, beside = [], ties(self.sides)
         for some, near in _candidates(self.x[nodes], middle, length * (0.5 + ARC)):
             p, s = nodes[some], near
             own = (self.sides[s] == p[:, None]).any(axis=1)
@@ -294,7 +283,7 @@ class _Search:
                 return chain[1:-1]
         return []
 
-    def _on_cells(self) -> list[int]:
+    def on_cells(self) -> list[int]:
         """Nodes that lie in a cell that they share no neighbouring cell with."""
         nodes = np.unique(self.corners)
         count = len(self.corners)

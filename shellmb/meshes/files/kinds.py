@@ -11,22 +11,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.raw import HALVES, Cell, Part, divided, uniform, vertex_count
 
-# kind -> its cell, number of nodes; nodes are numbered as gmsh does: corners around, middles of the
-# sides in this order, middle
-KINDS = {
-    "tri3": ("tri", 3),
-    "tri6": ("tri", 6),
-    "quad4": ("quad", 4),
-    "quad8": ("quad", 8),
-    "quad9": ("quad", 9),
-}
+# number of nodes -> cell; they are numbered as gmsh does: corners around, middles of the sides in
+# this order, middle
+CELLS: dict[int, Cell] = {3: "tri", 6: "tri", 4: "quad", 8: "quad", 9: "quad"}
 
 
 @dataclass
@@ -35,7 +28,7 @@ class FileContent:
 
     Args:
         x: Positions of all nodes, shape (n, 3).
-        cells: Kind of each cell, and the rows of its nodes.
+        cells: Rows of the nodes of each cell, as many as one of `CELLS` has.
         groups: Numbers of the cells of each named group.
         lines: Ends of the sides of cells on each named line, shape (m, 2).
         points: Row of the node of each named point.
@@ -45,7 +38,7 @@ class FileContent:
     """
 
     x: Floats
-    cells: list[tuple[str, npt.ArrayLike]] = field(default_factory=list)
+    cells: list[Sequence[int] | Ints] = field(default_factory=list)
     groups: dict[str, list[int]] = field(default_factory=dict)
     lines: dict[str, Ints] = field(default_factory=dict)
     points: dict[str, int] = field(default_factory=dict)
@@ -116,14 +109,13 @@ def of_one_order(
     Returns:
         Positions with those of new nodes behind them, the cells, and the order of the geometry.
     """
-    numbers: dict[str, list[int]] = {}
+    numbers: dict[int, list[int]] = {}
     for number in chosen:
-        numbers.setdefault(found.cells[number][0], []).append(number)
-    order = 2 if any(KINDS[kind][1] in (6, 8, 9) for kind in numbers) else 1
+        numbers.setdefault(len(found.cells[number]), []).append(number)
+    order = 2 if max(numbers) > 4 else 1
     x, blocks = found.x * scale, []
-    for kind, own in numbers.items():
-        rows = np.array([found.cells[k][1] for k in own])
-        cell: Cell = "quad" if KINDS[kind][0] == "quad" else "tri"
+    for count, own in numbers.items():
+        rows, cell = np.array([found.cells[k] for k in own]), CELLS[count]
         corners = vertex_count(cell)
         if order == 2 and rows.shape[1] == corners:
             ends = x[rows[:, :corners]]

@@ -12,17 +12,12 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.meshes.files.kinds import FileContent
+from shellmb.meshes.files.kinds import CELLS, FileContent
+from shellmb.meshes.raw import vertex_count
 from shellmb.scene.values.validate import in_words
 
-# meshio's cells -> kind
-CELLS = {
-    "triangle": "tri3",
-    "triangle6": "tri6",
-    "quad": "quad4",
-    "quad8": "quad8",
-    "quad9": "quad9",
-}
+# cells of shells, as meshio calls them
+SHELLS = ("triangle", "triangle6", "quad", "quad8", "quad9")
 LINES = ("line", "line3")
 # formats in which lines and points name groups
 NAMING = {".msh"}
@@ -69,22 +64,22 @@ def read_meshio(path: Path, who: str) -> FileContent:
     for block in mesh.cells:
         rows = _nodes_of(block, len(found.x), path, who)
         blocks.append((block.type, rows, len(found.cells)))
-        if block.type in CELLS:
-            found.cells += [(CELLS[block.type], row) for row in rows]
+        if block.type in SHELLS:
+            found.cells += list(rows)
     for name, own_of in _named(mesh).items():
         for (kind, rows, begin), own in zip(blocks, own_of, strict=True):
             if not len(own):
                 continue
-            if kind in CELLS:
+            if kind in SHELLS:
                 found.groups.setdefault(name, []).extend((begin + own).tolist())
             elif kind in LINES and naming:
                 before = found.lines.get(name, np.zeros((0, 2), dtype=np.int64))
                 found.lines[name] = np.concatenate([before, rows[own][:, :2]])
             elif kind == "vertex" and len(own) == 1:
                 found.points[name] = int(rows[own[0], 0])
-    sides = _sides([(kind, rows) for kind, rows, _ in blocks if kind in CELLS], len(found.x))
+    sides = _sides([rows for kind, rows, _ in blocks if kind in SHELLS], len(found.x))
     for kind, rows, _ in blocks:
-        if kind in CELLS or (kind == "vertex" and naming):
+        if kind in SHELLS or (kind == "vertex" and naming):
             continue
         if kind in LINES and naming:
             ends = np.sort(rows[:, :2], axis=1)
@@ -94,11 +89,11 @@ def read_meshio(path: Path, who: str) -> FileContent:
     return found
 
 
-def _sides(cells: list[tuple[str, Ints]], count: int) -> Ints:
+def _sides(cells: list[Ints], count: int) -> Ints:
     """Ends of the sides of all cells, each pair as one number."""
     pairs = [np.zeros((0, 2), dtype=np.int64)]
-    for kind, rows in cells:
-        corners = rows[:, : 3 if kind.startswith("tri") else 4]
+    for rows in cells:
+        corners = rows[:, : vertex_count(CELLS[rows.shape[1]])]
         pairs.append(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2))
     return np.asarray(np.sort(np.concatenate(pairs), axis=1) @ [count, 1])
 

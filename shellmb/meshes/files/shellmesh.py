@@ -8,18 +8,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse
-from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.abaqus import read_abaqus
-from shellmb.meshes.files.joined import doubles, empty, gaps, joined, oriented
+from shellmb.meshes.files.cards import DeckError
+from shellmb.meshes.files.joined import Gap, components, doubles, empty, gaps, joined, oriented
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran
-from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown
-from shellmb.meshes.regions import true_at
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, ties, true_at
 from shellmb.scene import Hyperelastic, Isotropic, MeshFile, Shell, Wrinkling
 from shellmb.scene.lookup import listed
 from shellmb.scene.shells.gmsh_surfaces import Meshed
@@ -47,13 +45,15 @@ def file_mesh(shell: Shell) -> RawMesh:
     who = f"shell '{shell.name}': {path}"
     try:
         if ending in NASTRAN or (ending in PERHAPS and is_nastran(path)):
-            found = read_nastran(path, who)
+            found = read_nastran(path)
         elif ending == ".inp":
-            found = read_abaqus(path, who)
+            found = read_abaqus(path)
         else:
             found = read_meshio(path, f"shell '{shell.name}'")
     except OSError as error:
         raise SceneError(f"{who} is not read ({error.strerror})") from error
+    except DeckError as error:
+        raise SceneError(f"{who}: {error}") from error
     return shell_mesh(found, shell, surface.group)
 
 
@@ -86,15 +86,17 @@ def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | 
     x, rows, parent = _of_one_type(x, blocks, order, cell, shell.name)
     used, flat = np.unique(rows, return_inverse=True)
     x, rows = x[used], flat.reshape(rows.shape)
+    # of each node that was read that of the shell, if it has it
+    place = np.where(np.isin(same, used), np.searchsorted(used, same), -1)
     raw = RawMesh(
         x,
         rows,
         cell,
         order,
         (-1.0 if surface.flip else 1.0) * oriented(x, rows, cell, shell.name),
-        edges=_edges(found, same, used, x, rows, cell),
-        points=_points(found, same, used),
-        areas=_areas(found, shell, parent),
+        edges=_edges({name: place[lines] for name, lines in found.lines.items()}, x, rows, cell),
+        points={n: int(place[row]) for n, row in found.points.items() if place[row] >= 0},
+        areas=_areas(found, {*surface.edges_where, *shell.areas}, parent),
     )
     _say_gaps(raw, surface, who)
     _say_pieces(raw, who)
@@ -114,10 +116,15 @@ def _many(count: int, thing: str, one: str, several: str) -> str:
     )
 
 
+def _few(texts: Sequence[str], count: int) -> str:
+    """The first of so many texts, and how many more there are."""
+    more = f" and {count - PLACES} more" if count > PLACES else ""
+    return ", ".join(texts[:PLACES]) + more
+
+
 def _places(x: Floats, size: float) -> str:
     """Some positions in words."""
-    more = f" and {len(x) - PLACES} more" if len(x) > PLACES else ""
-    return ", ".join(shown(p, size) for p in x[:PLACES]) + more
+    return _few([shown(p, size) for p in x[:PLACES]], len(x))
 
 
 def _size(x: Floats) -> float:
@@ -204,7 +211,7 @@ def _with_area(x: Floats, blocks: list[Block], order: int, who: str) -> list[Blo
 
     size, found = _size(x), list[Block]()
     for each in blocks:
-        none = empty(x, each.rows, each.cell)
+        none = empty(x, each)
         if none.any():
             warn(said(each, none, "has", "have", "no area and no part in the shell"))
         block = each.take(~none)
@@ -215,7 +222,7 @@ def _with_area(x: Floats, blocks: list[Block], order: int, who: str) -> list[Blo
         if (wrong := twice & ~as_triangle).any():
             says = said(block, wrong, "has", "have", "a node twice")
             raise SceneError(f"{says}; their nodes must be different ones")
-        if len(again := doubles(block.rows, block.cell)):
+        if len(again := doubles(block)):
             says = said(block, again, "is", "are", "there twice")
             raise SceneError(f"{says}; each must be there once")
         found.append(block.take(~as_triangle))
@@ -254,27 +261,17 @@ def _of_one_type(
     return x, rows, parent
 
 
-def _edges(
-    found: FileContent, same: Ints, used: Ints, x: Floats, rows: Ints, cell: Cell
-) -> dict[str, Ints]:
+def _edges(lines: dict[str, Ints], x: Floats, rows: Ints, cell: Cell) -> dict[str, Ints]:
     """Facets of the mesh on each named line; lines without any are left out."""
-    if not found.lines:
+    if not lines:
         return {}
-    own = {(a, b) for a, b in facets(rows, cell).reshape(-1, 2).tolist()}
-    place = {int(node): k for k, node in enumerate(used)}
     # where cells are cut, a side is two: through the node that lies in its middle
-    beside: dict[int, set[int]] = {}
-    for a, b in own:
-        beside.setdefault(a, set()).add(b)
-        beside.setdefault(b, set()).add(a)
+    beside = ties(facets(rows, cell).reshape(-1, 2))
     edges = {}
-    for name, lines in found.lines.items():
+    for name, nodes in lines.items():
         pairs = []
-        for a, b in same[lines].tolist():
-            if a not in place or b not in place:
-                continue
-            first, last = sorted((place[a], place[b]))
-            if (first, last) in own:
+        for first, last in np.sort(nodes, axis=1).tolist():
+            if last in beside.get(first, ()):
                 pairs.append((first, last))
                 continue
             for middle in beside.get(first, set()) & beside.get(last, set()):
@@ -287,24 +284,15 @@ def _edges(
     return edges
 
 
-def _points(found: FileContent, same: Ints, used: Ints) -> dict[str, int]:
-    """Named points that are nodes of the shell."""
-    place = {int(node): k for k, node in enumerate(used)}
-    rows = {name: int(same[row]) for name, row in found.points.items()}
-    return {name: place[row] for name, row in rows.items() if row in place}
-
-
-def _areas(found: FileContent, shell: Shell, parent: Ints) -> dict[str, Ints]:
+def _areas(found: FileContent, others: set[str], parent: Ints) -> dict[str, Ints]:
     """Cells of each group that is a part of the surface, unless the scene has another such name."""
-    surface = shell.surface
-    assert isinstance(surface, Meshed)
     every = np.unique(parent)
     areas = {}
     for name, group in found.groups.items():
         numbers = np.unique(group)
         inside = np.isin(numbers, every)
-        taken = name in surface.edges_where or name in shell.areas
-        if len(numbers) and inside.all() and len(numbers) < len(every) and not taken:
+        part = len(numbers) and inside.all() and len(numbers) < len(every)
+        if part and name not in others:
             areas[name] = np.flatnonzero(np.isin(parent, numbers))
     return areas
 
@@ -315,19 +303,17 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
     if not found:
         return
     size = _size(raw.x)
-    sides = [gap for gap in found if len(gap.ends) == 2]
-    places = [
-        f"the side of {gap.length:.4g} m from {shown(gap.ends[0], size)} to "
-        f"{shown(gap.ends[1], size)} has {_places(raw.x[list(gap.nodes)], size)} on it"
-        for gap in sides
-    ]
-    places += [
-        f"the node {shown(gap.ends[0], size)} lies on another element"
-        for gap in found
-        if len(gap.ends) == 1
-    ]
+
+    def said(gap: Gap) -> str:
+        first, *last = (shown(end, size) for end in gap.ends)
+        if not last:
+            return f"the node {first} lies on another element"
+        on = _places(raw.x[list(gap.nodes)], size)
+        return f"the side of {gap.length:.4g} m from {first} to {last[0]} has {on} on it"
+
+    places = [said(gap) for gap in found]
     more = f"; {len(places) - PLACES} more" if len(places) > PLACES else ""
-    length = sum(gap.length for gap in sides)
+    length = sum(gap.length for gap in found)
     text = (
         f"{who}: its mesh touches itself without being joined at {len(places)} "
         f"place{'s' if len(places) > 1 else ''}, {length:.4g} m of sides: "
@@ -345,34 +331,21 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
 
 def _say_pieces(raw: RawMesh, who: str) -> None:
     """Name the pieces of a mesh that nothing in it joins, or that meet in single nodes only."""
-    corners = raw.vertices
-    every = facets(raw.cells, raw.cell).reshape(-1, 2)
-    count = len(raw.cells)
-    _, side = np.unique(every, axis=0, return_inverse=True)
-    owner = np.repeat(np.arange(count), len(FACETS[raw.cell]))
-    by_side = _components(count, owner, side.ravel())
-    by_node = _components(
-        count, np.repeat(np.arange(count), corners.shape[1]), np.asarray(corners.ravel())
-    )
-    for label, how in ((by_node, "share no nodes"), (by_side, "meet in single nodes only")):
+    corners, count = raw.vertices, len(raw.cells)
+    sides = facets(raw.cells, raw.cell).reshape(-1, 2)
+    side = np.unique(sides, axis=0, return_inverse=True)[1].reshape(count, -1)
+    for parts, how in ((corners, "share no nodes"), (side, "meet in single nodes only")):
+        owner = np.repeat(np.arange(count), parts.shape[1])
+        label = components(count + int(parts.max()) + 1, owner, count + parts.ravel())[:count]
         pieces, first, counts = np.unique(label, return_index=True, return_counts=True)
         if len(pieces) == 1:
             continue
-        size = _size(raw.x)
-        at = [shown(raw.x[corners[k]].mean(axis=0), size) for k in first]
+        at = [shown(raw.x[corners[k]].mean(axis=0), _size(raw.x)) for k in first]
         each = [
             f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
         ]
-        more = f" and {len(each) - PLACES} more" if len(each) > PLACES else ""
         warn(
-            f"{who}: its mesh is in {len(each)} pieces that {how}: "
-            f"{', '.join(each[:PLACES])}{more}; what holds one of them does not hold the others"
+            f"{who}: its mesh is in {len(each)} pieces that {how}: {_few(each, len(each))}; what "
+            "holds one of them does not hold the others"
         )
         return
-
-
-def _components(count: int, cells: Ints, things: Ints) -> Ints:
-    """Pieces of cells that have things in common."""
-    ones = np.ones(len(cells))
-    having = scipy.sparse.coo_array((ones, (cells, things)), shape=(count, things.max() + 1))
-    return np.asarray(connected_components(having @ having.T, directed=False)[1])

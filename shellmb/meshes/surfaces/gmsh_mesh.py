@@ -15,10 +15,10 @@ from shellmb.meshes.files.shellmesh import shell_mesh
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
 from shellmb.scene.shells.gmsh_surfaces import CAD, Meshed
-from shellmb.scene.values.validate import as_names
+from shellmb.scene.values.validate import listed
 
-# gmsh's element type -> kind
-CELLS = {2: "tri3", 9: "tri6", 3: "quad4", 16: "quad8", 10: "quad9"}
+# gmsh's types of elements of shells: triangles with 3 and 6 nodes, quadrilaterals with 4, 8 and 9
+SHELLS = (2, 9, 3, 16, 10)
 # the options shellmb relies on; a session that is open gets its own values back
 OPTIONS = {
     "General.Terminal": 0,
@@ -136,12 +136,9 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
     from_file = isinstance(shell.surface, GmshFile)
     order = shell.geometry_order or (None if from_file and meshed else 2)
     if order is not None:
-        if any(_order(model, t) != order for t in model.mesh.getElementTypes(2)):
+        properties = map(model.mesh.getElementProperties, model.mesh.getElementTypes(2))
+        if any(of_kind[2] != order for of_kind in properties):
             model.mesh.setOrder(order)
-
-
-def _order(model: Any, kind: int) -> int:
-    return int(model.mesh.getElementProperties(kind)[2])
 
 
 def _extract(model: Any, shell: Shell) -> RawMesh:
@@ -152,19 +149,21 @@ def _extract(model: Any, shell: Shell) -> RawMesh:
         """Rows of nodes by gmsh's tags."""
         return np.asarray(place[np.searchsorted(tags, nodes, sorter=place)], dtype=np.int64)
 
-    entities = _surface_entities(model, shell)
-    found = FileContent(coordinates.reshape(-1, 3))
-    owner = _take_cells(found, model, entities, rows)
+    found, known = FileContent(coordinates.reshape(-1, 3)), _groups(model, 2)
+    owner = _take_cells(found, model, rows)
     if not found.cells and not found.left_out:
         raise SceneError(f"shell '{shell.name}': the gmsh mesh has no cells; mesh its surfaces")
-    found.groups = {
-        name: np.flatnonzero(np.isin(owner, parts)).tolist()
-        for name, parts in _groups(model, 2).items()
-        if set(map(int, parts)) <= set(entities)
-    }
+    found.groups = {n: np.flatnonzero(np.isin(owner, of)).tolist() for n, of in known.items()}
     found.lines, found.points = _lines(model, rows), _points(model, rows)
-    # its cells are those of the groups already
-    return shell_mesh(found, shell, None)
+    surface = shell.surface
+    assert isinstance(surface, Meshed)
+    if surface.group is None and len(known) > 1:
+        raise SceneError(
+            f"shell '{shell.name}': the gmsh mesh has several physical surfaces; group must be one "
+            f"of {listed(known)}, or several"
+        )
+    # the only one is meant without its name
+    return shell_mesh(found, shell, surface.group or next(iter(known), None))
 
 
 def _groups(model: Any, dim: int) -> dict[str, Any]:
@@ -177,45 +176,17 @@ def _groups(model: Any, dim: int) -> dict[str, Any]:
     }
 
 
-def _surface_entities(model: Any, shell: Shell) -> list[int]:
-    """The entities of the shell's groups; without groups, and none requested, every surface."""
-    surface = shell.surface
-    assert isinstance(surface, Meshed)
-    known = _groups(model, 2)
-    if surface.group is None and len(known) <= 1:
-        every = next(iter(known.values()), [tag for _, tag in model.getEntities(2)])
-        return [int(tag) for tag in every]
-    names = ", ".join(f"'{n}'" for n in known) or "none"
-    if surface.group is None:
-        raise SceneError(
-            f"shell '{shell.name}': the gmsh mesh has several physical surfaces; "
-            f"group must be one of {names}, or several"
-        )
-    entities = []
-    for group in as_names(surface.group):
-        if group not in known:
-            raise SceneError(
-                f"shell '{shell.name}': the gmsh mesh has no physical surface '{group}'; it has "
-                f"{names}"
-            )
-        entities += [int(tag) for tag in known[group]]
-    return list(dict.fromkeys(entities))
-
-
-def _take_cells(
-    found: FileContent, model: Any, entities: list[int], rows: Callable[[Any], Ints]
-) -> list[int]:
+def _take_cells(found: FileContent, model: Any, rows: Callable[[Any], Ints]) -> list[int]:
     """Take the cells of entities, and count others; the entity of each cell that is taken."""
     owner: list[int] = []
-    for entity in entities:
+    for _, entity in model.getEntities(2):
         kinds, tags, nodes = model.mesh.getElements(2, entity)
         for number, own, flat in zip(kinds, tags, nodes, strict=True):
-            if int(number) not in CELLS:
+            if int(number) not in SHELLS:
                 name = f"cells '{model.mesh.getElementProperties(number)[0]}'"
                 found.left_out[name] += len(own)
                 continue
-            of_cells = rows(flat).reshape(len(own), -1)
-            found.cells += [(CELLS[int(number)], of_cell) for of_cell in of_cells]
+            found.cells += list(rows(flat).reshape(len(own), -1))
             owner += [entity] * len(own)
     return owner
 

@@ -15,6 +15,7 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh, line_mesh_from_nodes
 from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.raw import ties
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.meshes.surfaces.structured import EDGES
 from shellmb.scene.beams.beam import Beam
@@ -160,20 +161,17 @@ def _chain(vertices: Ints, who: str) -> tuple[list[int], bool]:
     Raises:
         SceneError: If the edges do not make one line without branches.
     """
-    neighbours: dict[int, list[int]] = {}
-    for a, b in vertices.tolist():
-        neighbours.setdefault(a, []).append(b)
-        neighbours.setdefault(b, []).append(a)
-    ends = sorted(v for v, near in neighbours.items() if len(near) == 1)
-    if any(len(near) > 2 for near in neighbours.values()) or len(ends) not in (0, 2):
+    beside = ties(vertices)
+    ends = sorted(v for v, near in beside.items() if len(near) == 1)
+    if any(len(near) > 2 for near in beside.values()) or len(ends) not in (0, 2):
         raise SceneError(f"{who} is not one line of element edges; it must be one, unbranched")
-    chain = [ends[0] if ends else min(neighbours)]
+    chain = [ends[0] if ends else min(beside)]
     while True:
-        ahead = [v for v in neighbours[chain[-1]] if len(chain) < 2 or v != chain[-2]]
+        ahead = [v for v in beside[chain[-1]] if len(chain) < 2 or v != chain[-2]]
         if not ahead or ahead[0] == chain[0]:
             break
         chain.append(ahead[0])
-    if len(chain) != len(neighbours):
+    if len(chain) != len(beside):
         raise SceneError(f"{who} is in several pieces; it must be one line of element edges")
     return chain, not ends
 

@@ -136,16 +136,12 @@ def _globe(mesh: tuple[int, int], cell: Cell, order: int) -> Layout:
     # at the second pole every direction is as good as another
     w, r = half.plane[inner], radius[inner][:, None]
     far = np.where(r > 0, w * (2 - r) / np.where(r > 0, r, 1.0), [2.0, 0.0])
-
-    def parameters(w: Floats) -> Floats:
-        return half.parameters(w) / [1.0, 2.0]
-
     return Layout(
         np.concatenate([half.plane, far]),
         np.concatenate([half.cells, number[half.cells]]),
         cell,
         np.concatenate([half.size, half.size[inner]]),
-        parameters,
+        lambda w: half.parameters(w) / [1.0, 2.0],
     )
 
 
@@ -356,11 +352,7 @@ def _tangents(surface: Surface, uv: Floats) -> tuple[Floats, Floats]:
 def _difference(surface: Surface, uv: Floats, axis: int) -> Floats:
     """Derivative of the parabola through three points around, or at the border beside, a point."""
     middle = np.clip(uv[axis], STEP, 1 - STEP)
-    values = []
-    for k in (-1, 0, 1):
-        moved = uv.copy()
-        moved[axis] = middle + k * STEP
-        values.append(surface.position(moved[0], moved[1]))
-    low, centre, high = values
+    at = [np.insert(uv[[1 - axis]], axis, middle + k * STEP, axis=0) for k in (-1, 0, 1)]
+    low, centre, high = (surface.position(*moved) for moved in at)
     curvature = (high - 2 * centre + low) / STEP**2
     return np.asarray((high - low) / (2 * STEP) + (uv[axis] - middle) * curvature)

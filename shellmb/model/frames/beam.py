@@ -450,6 +450,6 @@ def build_beam(
         SceneError: If its curve cannot be meshed as described.
     """
     if domain is None:
-        domain = build_line(beam.name, beam.curve, beam.elements, beam.degree, beam.up, comm)
+        domain = build_line(beam, comm)
     kind = LinearBeam if beam.model == "floating-frame" else BeamModel
     return kind(beam, domain, loads, dynamic)

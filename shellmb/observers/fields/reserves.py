@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.meshes.regions import true_at
+from shellmb.meshes.raw import true_at
 from shellmb.model.locations.nodes import local_point
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.by_section import layup

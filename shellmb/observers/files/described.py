@@ -11,7 +11,6 @@ from shellmb.files.reading import first_error, read_json
 from shellmb.files.writing import write_text
 from shellmb.scene import Scene
 from shellmb.scene.units import Units, parse_units
-from shellmb.scene.values.validate import kind_of
 
 # name in a run directory
 DESCRIBED = "scene.json"
@@ -87,7 +86,7 @@ def describe(scene: Scene) -> Described:
         not scene.static,
         scene.path is not None,
         scene.units,
-        {body.name: kind_of(body) for body in scene.bodies},
+        {body.name: body.label for body in scene.bodies},
         tuple(ProbeLine(p.name, p.quantity) for p in scene.probes),
         tuple(joint.name for joint in scene.joints),
         tuple(driver.name for driver in scene.drivers),

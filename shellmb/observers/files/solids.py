@@ -53,7 +53,7 @@ def body_solid(body: RigidBody) -> Solid:
     shape = body.shape
     if isinstance(shape, Path):
         found = read_meshio(shape, said(body))
-        corners = [nodes for kind, nodes in found.cells if kind == "tri3"]
+        corners = [nodes for nodes in found.cells if len(nodes) == 3]
         if not corners:
             raise SceneError(f"{said(body)}: {shape} has no triangles; its shape must be a surface")
         # each triangle has corners of its own: edges stay sharp

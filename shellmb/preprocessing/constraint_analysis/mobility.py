@@ -10,6 +10,7 @@ string under tension) is not there at the start, where all internal forces are z
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,6 @@ from shellmb.model.model import Model
 from shellmb.model.reduced.modal import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.native.kernels import compiled
-from shellmb.preprocessing.constraint_analysis.motions import Frame, describe
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP
 from shellmb.preprocessing.constraint_analysis.rows import local_rows
 from shellmb.scene.lookup import said
@@ -37,6 +37,21 @@ NOTHING = 1e-8
 STEP, ROUND_OFF = 1e-4, 1e-9
 # rows that are taken together, and bodies that are named
 CHUNK, NAMED = 2000, 3
+# parts of a motion below this are round-off
+SMALL = 1e-6
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Frame to which motions of a body are relative.
+
+    Args:
+        middle: The point that translations are of, shape (3,), m.
+        size: Length of the body, m.
+    """
+
+    middle: Floats
+    size: float
 
 
 def refuse_mechanisms(model: Model) -> None:
@@ -109,9 +124,8 @@ class Motions:
     def _frame(self, name: str) -> Frame:
         """Middle and size of a body; collective."""
         _, _, X, _ = self.model.nodes_of(name)
-        inf = np.full((1, 3), np.inf)
-        low = np.min(self._comm.allgather(np.min(np.vstack([X, inf]), axis=0)), axis=0)
-        high = np.max(self._comm.allgather(np.max(np.vstack([X, -inf]), axis=0)), axis=0)
+        low = np.min(self._comm.allgather(X.min(axis=0, initial=np.inf)), axis=0)
+        high = np.max(self._comm.allgather(X.max(axis=0, initial=-np.inf)), axis=0)
         return Frame((low + high) / 2, float(np.linalg.norm(high - low)) or self.model.length)
 
     def _along(self, name: str) -> tuple[Body, Dofs, Ints, Floats]:
@@ -279,3 +293,80 @@ class Motions:
         size = max(self._comm.allgather(size))
         _, s, V = np.linalg.svd(stiffness)
         return np.asarray(V[s <= ROUND_OFF * max(s[0], size)].T)
+
+
+def describe(frame: Frame, motions: Floats) -> str:
+    """Possible motions of a body, as "translate along y and turn about x"; empty if none.
+
+    Args:
+        frame: Middle and size of the body.
+        motions: Displacements of the middle in lengths of the body over rotations, shape (6, n).
+    """
+    U, s, _ = np.linalg.svd(motions, full_matrices=False)
+    basis = U[:, s > SMALL]
+    if basis.shape[1] in (0, 6):
+        return "move freely" if basis.shape[1] else ""
+    shifts, turns = basis[:3] * frame.size, basis[3:]
+    _, s, V = np.linalg.svd(turns)
+    rank = int(np.sum(s > SMALL))
+    pure = _orthonormal(shifts @ V[rank:].T)
+    said = []
+    if pure.shape[1]:
+        said.append(f"translate along {_listed([_name(a) for a in _axes(pure)])}")
+    # of a motion that turns nothing round-off has directions, too
+    axes = _axes(_orthonormal(turns)) if rank else []
+    moves = [shifts @ np.linalg.lstsq(turns, axis, rcond=SMALL)[0] for axis in axes]
+    moves = [move - pure @ (pure.T @ move) for move in moves]
+    words = [_name(axis) for axis in axes]
+    common = None if pure.shape[1] or not axes else _common_point(frame, axes, moves)
+    for k, (axis, move) in enumerate(zip(axes, moves, strict=True)):
+        if not pure.shape[1] and common is None:
+            words[k] += f" through {_point(frame.middle + np.cross(axis, move), frame.size)}"
+        if abs(move @ axis) > SMALL * frame.size:
+            words[k] += f" while it moves by {move @ axis:.3g} m per radian along it"
+    if axes:
+        where = "" if common is None else f" through {_point(common, frame.size)}"
+        said.append(f"turn about {_listed(words)}{where}")
+    return " and ".join(said)
+
+
+def _common_point(frame: Frame, axes: list[Floats], moves: list[Floats]) -> Floats | None:
+    """The point that all rotations leave where it is, the nearest one to the middle."""
+    crosses = np.vstack([np.cross(axis, np.eye(3)).T for axis in axes])
+    wanted = -np.concatenate(moves)
+    to = np.linalg.lstsq(crosses, wanted, rcond=SMALL)[0]
+    left = crosses @ to - wanted
+    return None if np.max(np.abs(left)) > SMALL * frame.size else frame.middle + to
+
+
+def _orthonormal(vectors: Floats) -> Floats:
+    """Basis of what vectors span, shape (3, n)."""
+    U, s, _ = np.linalg.svd(vectors, full_matrices=False)
+    return np.asarray(U[:, s > SMALL * max(np.max(s, initial=0.0), 1e-300)])
+
+
+def _axes(basis: Floats) -> list[Floats]:
+    """Directions that span a space, x, y and z before others."""
+    found = [e for e in np.eye(3) if np.linalg.norm(e - basis @ (basis.T @ e)) < SMALL]
+    if len(found) == basis.shape[1]:
+        return found
+    held = np.array(found).reshape(-1, 3).T
+    rest = _orthonormal(basis - held @ (held.T @ basis)).T
+    # the first component that is not zero is positive
+    return found + [a * np.sign(a[np.argmax(np.abs(a) > SMALL)]) for a in rest]
+
+
+def _name(axis: Floats) -> str:
+    for name, e in zip("xyz", np.eye(3), strict=True):
+        if np.linalg.norm(axis - e) < SMALL:
+            return name
+    return _point(axis, 1.0)
+
+
+def _point(x: Floats, size: float) -> str:
+    rounded = np.where(np.abs(x) < SMALL * size, 0.0, x)
+    return f"({', '.join(f'{c:.4g}' for c in rounded)})"
+
+
+def _listed(words: list[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]

@@ -18,7 +18,7 @@ from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.model import Model
-from shellmb.model.unknowns import Given, Unknowns
+from shellmb.model.unknowns import Unknowns
 from shellmb.preprocessing.constraint_analysis.rows import (
     Row,
     connected,
@@ -79,8 +79,7 @@ def look_through(model: Model) -> list[Redundant]:
     scene = model.scene
     unknowns = Unknowns(model.bodies, model.comm)
     times = np.linspace(0.0, scene.given_until, TIMES)
-    given = unknowns.given(times.tolist(), RATE_STEP * scene.dt)
-    redundant = _all_dependent(model, unknowns, given)
+    redundant = _all_dependent(model, unknowns, times.tolist())
     refuse(model, redundant)
     _drop(model, unknowns, redundant)
     return redundant
@@ -96,9 +95,7 @@ def singular(model: Model, at: Mapping[str, Floats]) -> str:
     Returns:
         Which constraint, on which others, and how nearly, in words; empty where none does.
     """
-    unknowns = Unknowns(model.bodies, model.comm)
-    given = unknowns.given([0.0], RATE_STEP * model.scene.dt)
-    found = _all_dependent(model, unknowns, given, at, SINGULAR)
+    found = _all_dependent(model, Unknowns(model.bodies, model.comm), [0.0], at, SINGULAR)
     joints = {body.name for body in model.mechanism.bodies}
     found = [item for item in found if item.row.body in joints and item.with_]
     if not found:
@@ -113,7 +110,7 @@ def singular(model: Model, at: Mapping[str, Floats]) -> str:
 def _all_dependent(
     model: Model,
     unknowns: Unknowns,
-    given: Given,
+    times: list[float],
     at: Mapping[str, Floats] | None = None,
     bound: float = DEPENDENT,
 ) -> list[Redundant]:
@@ -122,10 +119,11 @@ def _all_dependent(
     Args:
         model: The bodies.
         unknowns: Their unknowns.
-        given: Which of them are given.
+        times: When prescribed motions are compared, s.
         at: Local arrays of their states, by name; None: the reference.
         bound: Part of a constraint outside of those before it that counts as none.
     """
+    given = unknowns.given(times, RATE_STEP * model.scene.dt)
     rows = local_rows(model, unknowns, given, at)
     everywhere = model.comm.allgather(np.unique(_columns(rows)))
     inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)), at)
@@ -203,13 +201,6 @@ def _dependent(
     return found
 
 
-def _givers(model: Model) -> str:
-    """Describe what implies constraints that no other constraint does."""
-    scene = model.scene
-    given = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
-    return " and ".join(given) or "the rigidity of its bodies"
-
-
 def refuse(model: Model, redundant: list[Redundant]) -> None:
     """Refuse constraints that contradict others, and redundant ones unless they are dropped.
 
@@ -220,33 +211,29 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
     Raises:
         SceneError: Names the joints.
     """
-    joints = {body.name for body in model.mechanism.bodies}
-    given = _givers(model)
-
-    def said(name: str, body: str) -> str:
-        return f"joint '{name}'" if body in joints else name
-
+    scene, joints = model.scene, {body.name for body in model.mechanism.bodies}
+    # what implies constraints that no other constraint does
+    givers = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
+    given = " and ".join(givers) or "the rigidity of its bodies"
     for item in redundant:
         row = item.row
-        others = " and ".join(f"'{name}'" for name in item.with_) or given
         if row.inner and np.isinf(row.gap):
             raise SceneError(
                 f"{row.owner} is fixed along its own direction by a support, and by its unit "
                 "length too; fix all three components, or the two normal to it"
             )
         if item.contradicts:
+            who = f"joint '{row.owner}'" if row.body in joints else row.owner
+            others = " and ".join(f"'{name}'" for name in item.with_) or given
             raise SceneError(
-                f"{said(row.owner, row.body)}: its motion contradicts {others}: no velocities "
-                "satisfy them all; remove one of the drivers, supports or joints"
+                f"{who}: its motion contradicts {others}: no velocities satisfy them all; remove "
+                "one of the drivers, supports or joints"
             )
-    counts: dict[str, int] = {}
     # hinges of edges leave out by themselves what supports and, at corners, one another imply
-    hinges = [j for j in model.scene.joints if j.along_edges]
-    named = {hinge.name for hinge in hinges}
-    of_edges = [item for item in redundant if item.row.owner in named]
-    redundant = [item for item in redundant if item.row.owner not in named]
-    for hinge in hinges:
-        mine = [item for item in of_edges if item.row.owner == hinge.name]
+    hinges = {j.name: j for j in scene.joints if j.along_edges}
+    left = [item for item in redundant if item.row.owner not in hinges]
+    for hinge in hinges.values():
+        mine = [item for item in redundant if item.row.owner == hinge.name]
         if _beyond_a_corner([item.row for item in mine if item.row.void]):
             raise SceneError(
                 f"{hinge.said} cannot turn: the edges of '{hinge.first}' and '{hinge.second}' are "
@@ -254,12 +241,10 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
             )
         held = [item for item in mine if item.with_]
         if _beyond_a_corner([item.row for item in held]):
-            redundant += held
-    for item in redundant:
-        if item.row.body in joints:
-            counts[item.row.owner] = counts.get(item.row.owner, 0) + 1
-    if counts and model.scene.redundant != "drop":
-        ours = [item for item in redundant if item.row.body in joints]
+            left += held
+    ours = [item for item in left if item.row.body in joints]
+    if ours and scene.redundant != "drop":
+        counts = Counter(item.row.owner for item in ours)
         words = ", ".join(f"{n} of joint '{name}'" for name, n in counts.items())
         names = {repr(name) for item in ours for name in item.with_ if name not in counts}
         implied = sorted(names) + [given] * any(not item.with_ for item in ours)

@@ -98,20 +98,18 @@ def inner_rows(
         reference = body.manifold.directors
         if reference is None:
             continue
-        numbers = unknowns.numbers[body.name]
-        w = numbers[body.mixed.dofs["w"]].reshape(reference.shape)
-        lam = numbers[body.mixed.dofs["lam"]].reshape(-1, body.mixed.parts["lam"][1])
+        numbers, dofs = unknowns.numbers[body.name], body.mixed.dofs
+        w = numbers[dofs["w"]].reshape(reference.shape)
+        lam = numbers[dofs["lam"]].reshape(-1, body.mixed.parts["lam"][1])
         tied = np.isin(w, touched).any(axis=1) | given.has(w).any(axis=1)
         # nodes are looked at by the rank and the body that have their multipliers
         owned = body.mixed.space.dofmap.index_map.size_local
-        mine = (body.mixed.dofs["lam"] < owned) & ~unknowns.linked[body.name][
-            body.mixed.dofs["lam"]
-        ]
+        mine = (dofs["lam"] < owned) & ~unknowns.linked[body.name][dofs["lam"]]
         wanted = tied[:, None] & mine.reshape(lam.shape) & ~given.has(lam)
         states = _states(w, given)
         now = reference
         if at is not None:
-            now = reference + at[body.name][body.mixed.dofs["w"]].reshape(reference.shape)
+            now = reference + at[body.name][dofs["w"]].reshape(reference.shape)
         for node, component in np.argwhere(wanted):
             D = reference[node].reshape(-1, 3)
             k, m = PAIRS[component] if len(D) == 3 else (0, 0)

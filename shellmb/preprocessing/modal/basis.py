@@ -3,6 +3,12 @@
 What these span is made orthogonal to rigid motions and to itself: the modes are those of the free
 body in that space. Masses follow from the body's own mass matrix for the scalar fields `1`, `X_a`,
 `phi_ka`, along x, of which all velocities of the reduced body consist (`model.reduced.data`).
+
+An edge that is clamped stays a rigid frame, as the hinged end of a beam does: with the frame of its
+own it has a joint to the ground. What other supports hold does not move as a frame, and where edges
+meet they have nodes in common. The modes are then those of the body in its supports, and one frame
+stands for all of these: none of the displacements that they leave moves it. So it is fixed by a
+weld or, where hinged edges are in one straight line, by a revolute joint about that.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,11 +24,11 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.frames.rigid_from_mesh import inertia_of
 from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
+from shellmb.preprocessing.constraint_analysis.mobility import SMALL, Frame, describe
 from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
 from shellmb.preprocessing.modal.ritz import relaxing, ritz_vectors
-from shellmb.preprocessing.modal.supports import support_joint
-from shellmb.scene import Joint, Scene, Weld
+from shellmb.scene import GROUND, Clamped, Joint, Revolute, Scene, Support, Weld
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.schemes import SIMPLEST
@@ -81,6 +87,56 @@ def scene_of(
         dt=1.0,
         t_end=1.0,
         redundant="drop",
+    )
+
+
+def stays_rigid(support: Any, target: Any) -> bool:
+    """Decide whether each edge of a support moves as a rigid frame."""
+    if support.hinges:
+        return target.directors == 3 and not np.any(support.offset)
+    return isinstance(support, Clamped)
+
+
+def support_joint(
+    held: IsolatedBody, name: str, who: str, supports: Sequence[Support]
+) -> tuple[Interface, Joint]:
+    """The frame of all supports of a body, and its joint to the ground; collective.
+
+    Args:
+        held: The body in its supports.
+        name: Name of the body.
+        who: What messages call it.
+        supports: The supports.
+
+    Raises:
+        SceneError: If supports leave it motions that no joint has.
+    """
+    places = np.vstack([body.node_positions() for body in held.model.meshed.values()])
+    X = np.concatenate(held.comm.allgather(places))
+    middle = (X.min(axis=0) + X.max(axis=0)) / 2
+    free = held.free_motions(middle)
+
+    def frame(at: Any) -> Interface:
+        x, y, z = map(float, at)
+        return Interface(f"{name} (supports)", 0.0, (0.0, 0.0, 0.0), (x, y, z), of=name)
+
+    joint = f"{name}.supports"
+    if not free.shape[1]:
+        # moments of what supports carry are about the origin
+        return frame(middle), Weld(joint, GROUND, frame(middle).name, at=(0.0, 0.0, 0.0))
+    size = float(np.linalg.norm(np.ptp(X, axis=0)))
+    shift, turn = free[:3, 0], free[3:, 0]
+    about = free.shape[1] == 1 and np.linalg.norm(turn) * size > SMALL * np.linalg.norm(shift)
+    if about and all(s.hinges for s in supports):
+        at = middle + np.cross(turn, shift) / (turn @ turn)
+        x, y, z = map(float, turn / np.linalg.norm(turn))
+        place = frame(at)
+        return place, Revolute(joint, GROUND, place.name, at=place.position, axis=(x, y, z))
+    motions = np.vstack([free[:3] / size, free[3:]])
+    raise SceneError(
+        f"{who} is reduced to modes, and its supports leave it free to "
+        f"{describe(Frame(middle, size), motions)}; they must hold it, or be Hinged edges in one "
+        "straight line, or the model must be 'exact'"
     )
 
 
@@ -267,7 +323,8 @@ class ReducedBody:
 
     def _shapes(self, name: str) -> tuple[Floats, Floats]:
         """Displacements and changes of directors of a body's nodes by the modes."""
-        dofs, D = self._isolated.bodies[name].mixed.dofs, self._isolated.nodes(name)[1]
+        body = self._isolated.bodies[name]
+        dofs, D = body.mixed.dofs, body.node_directors()
         own, K = self.modes[self._isolated.own[name]], self.modes.shape[1]
         return own[dofs["u"]].reshape(-1, 3, K), own[dofs["w"]].reshape(*D.shape, K)
 
@@ -282,10 +339,8 @@ class ReducedBody:
             arm = np.cross(carried[3:].T, described.center - self.center).T
             return InterfaceModes(frame, -carried[:3] - arm, -carried[3:])
         u, w = self._shapes(rigid.name)
+        # owned or not: values are the same
         here = np.flatnonzero(rigid.node_mesh.item == rigid.index[frame])
-        index_map = rigid.mixed.space.dofmap.index_map
-        first = rigid.mixed.dofs["u"].reshape(-1, 3)[here, 0]
-        here = here[first < index_map.size_local]
         D = rigid.bodies[rigid.index[frame]].directors
         # w_k = t x D_k, so that the sum of D_k x w_k is 2 t
         turns = [np.cross(D[:, :, None], w[n], axis=1).sum(axis=0) / 2 for n in here]

@@ -13,8 +13,7 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.model.model import Model
-from shellmb.preprocessing.constraint_analysis.mobility import Motions
-from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
+from shellmb.preprocessing.constraint_analysis.mobility import SMALL, Frame, Motions
 from shellmb.preprocessing.constraint_analysis.redundancy import look_through
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales, tangent
 from shellmb.scene import Scene
@@ -104,11 +103,6 @@ class IsolatedBody:
         """Size of the squares of the lowest frequencies, rad^2/s^2."""
         return min(bending_scales(self.model))
 
-    def nodes(self, name: str) -> tuple[Floats, Floats]:
-        """Positions (n, 3) and directors (n, m, 3) of the nodes of a body on this rank."""
-        body = self.bodies[name]
-        return body.node_positions(), body.node_directors()
-
     def of_body(self, name: str, values: Floats) -> Floats:
         """A field from the local array of one body, zero elsewhere."""
         out = np.zeros(self.size)
@@ -178,10 +172,6 @@ class IsolatedBody:
         # a frame at a single node of a shell turns about the director by itself
         U, s, _ = np.linalg.svd(motions.free()[first : first + 6], full_matrices=False)
         return motions.frames[name], U[:, s > SMALL]
-
-    def one(self) -> Floats:
-        """The scalar field 1, along x."""
-        return self.motion(0, np.zeros(3))
 
     def arm(self, a: int, about: Floats) -> Floats:
         """The scalar field `X_a` with the directors' `D_a`, along x."""

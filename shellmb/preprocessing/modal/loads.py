@@ -110,7 +110,7 @@ class SpreadLoads:
         isolated, found = self._isolated, []
         arms = [isolated.arm(a, center) for a in range(3)]
         shapes = [isolated.moved(modes, a) for a in range(3)]
-        fields = np.column_stack([isolated.one(), *arms, *shapes])
+        fields = np.column_stack([isolated.motion(0, center), *arms, *shapes])
         for dead in self._dead:
             sums = isolated.work(dead.profile, fields)
             # forces and moments in one unit: nothing of the arms is large

@@ -19,8 +19,7 @@ from shellmb.model.frames.rigid_from_mesh import (
 )
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
-from shellmb.preprocessing.modal.basis import Attachment, ReducedBody
-from shellmb.preprocessing.modal.supports import stays_rigid
+from shellmb.preprocessing.modal.basis import Attachment, ReducedBody, stays_rigid
 from shellmb.scene import RigidBody, Scene
 from shellmb.scene.checks.names import has_field
 from shellmb.scene.checks.whole import groups_of

@@ -50,9 +50,8 @@ def ritz_vectors(
         given = zip(forces, body.answers(forces), strict=True)
         return [v for f, v in given if abs(f.dot(v)) * stiffness > NO_MOTION * f.dot(f)]
 
-    stiffness = isolated.scale * float(
-        isolated.gram(isolated.M, [isolated.vector(isolated.one())])[0, 0]
-    )
+    shift = isolated.vector(isolated.motion(0, center))
+    stiffness = isolated.scale * float(isolated.gram(isolated.M, [shift])[0, 0])
     body = Held(isolated, isolated.K, center, frames=True)
     static = [*felt(body, [isolated.force(forces) for forces in loads]), *body.moved()]
     found = [*body.lowest(count), *static]

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field
 from shellmb.arrays import Floats
 from shellmb.scene.types import Finite, NonNegative, Positive, numbers
 from shellmb.scene.values.damping import BeamTimes, Damped, Prony
-from shellmb.scene.values.validate import Sentences, described, show
+from shellmb.scene.values.validate import Sentences, described, extended, show
 
 type BeamMass = tuple[float, tuple[float, float], tuple[float, float, float]]
 
@@ -42,15 +42,6 @@ class BeamSection(Damped):
 
         @property
         def stiffness(self) -> Floats: ...  # noqa: D102
-
-    @property
-    def mass(self) -> BeamMass:
-        """``(m, (s2, s3), (I22, I23, I33))`` per unit length of the reference line.
-
-        Mass [kg/m], its first moments ``int rho y2, int rho y3`` [kg], and its second moments
-        ``int rho y2^2, int rho y2 y3, int rho y3^2`` [kg m].
-        """
-        raise NotImplementedError
 
     @property
     def long_term(self) -> Floats:
@@ -177,10 +168,6 @@ class _Shape(BeamSection):
         return self.E / (2 * (1 + self.nu))
 
     @property
-    def _nu(self) -> float:
-        return self.E / (2 * self.shear_modulus) - 1
-
-    @property
     def area(self) -> float:
         """Area [m^2]."""
         raise NotImplementedError
@@ -296,12 +283,16 @@ class RectangularSection(_Shape):
         return self.shear_correction, self.shear_correction
 
 
+@described("round section")
 class _Round(_Shape):
     """A circle with or without a concentric hole."""
 
-    radius: float
-    shear_correction: float | None
-    hole: float
+    _: KW_ONLY
+    radius: Positive
+    shear_correction: Positive | None = None
+
+    # inner radius
+    hole: ClassVar[float] = 0.0
 
     @property
     def size(self) -> float:
@@ -330,13 +321,14 @@ class _Round(_Shape):
         """Shear corrections [-], given or by Cowper, J. Appl. Mech. 33 (1966) 335-340, table 1."""
         if self.shear_correction is not None:
             return self.shear_correction, self.shear_correction
-        nu, m = self._nu, self.hole / self.radius
+        # Poisson's ratio that belongs to both moduli
+        nu, m = self.E / (2 * self.shear_modulus) - 1, self.hole / self.radius
         p = (1 + m**2) ** 2
         k = 6 * (1 + nu) * p / ((7 + 6 * nu) * p + (20 + 12 * nu) * m**2)
         return k, k
 
 
-@described("circular section")
+@extended("circular section")
 class CircularSection(_Round):
     """A full circle.
 
@@ -352,12 +344,6 @@ class CircularSection(_Round):
         mass_damping: Damping in proportion to the mass, a rate [1/s].
         relaxation: Prony series of its moduli; None: elastic.
     """
-
-    _: KW_ONLY
-    radius: Positive
-    shear_correction: Positive | None = None
-
-    hole = 0.0
 
 
 @described("tubular section")
@@ -379,9 +365,7 @@ class TubularSection(_Round):
     """
 
     _: KW_ONLY
-    radius: Positive
     thickness: Positive
-    shear_correction: Positive | None = None
 
     def _wrong(self) -> Sentences:
         """Check the moduli and the wall."""

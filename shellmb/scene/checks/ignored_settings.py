@@ -1,5 +1,6 @@
 """Checks that nothing is requested that would have no effect, or twice the effect."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -57,16 +58,12 @@ def doubts(scene: Description) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*found, *_doubts(scene)]))
 
 
-def _doubts(scene: Description) -> tuple[str, ...]:
-    return (
-        *_idle_alpha(scene),
-        *(_weights(scene) if scene.static else ()),
-        *_twice(scene),
-        *_degrees(scene),
-    )
+def _doubts(scene: Description) -> list[str]:
+    rules = _idle_alpha, _weights, _twice, _degrees
+    return [sentence for rule in rules for sentence in rule(scene)]
 
 
-def _degrees(scene: Description) -> tuple[str, ...]:
+def _degrees(scene: Description) -> Iterator[str]:
     """Angles in radians that are multiples of 15 degrees, as numbers."""
     found: list[tuple[str, Any]] = []
     for body in scene.rigid_bodies:
@@ -87,50 +84,41 @@ def _degrees(scene: Description) -> tuple[str, ...]:
             # what still turns at the end may do so by any number of turns
             if scene.static or end == before:
                 found.append((f"{said(item)}: rotation", end))
-    return tuple(
-        f"{who} is {angle:g} rad, {abs(angle) / (2 * np.pi):.3g} turns; if {angle:g} degrees are "
-        f"meant, it must be {np.radians(angle):.4g}"
-        for who, angle in found
-        if angle is not None and abs(angle) >= LEAST_DEGREES and abs(angle) % COMMON_DEGREES == 0
-    )
+    for who, angle in found:
+        if angle is not None and abs(angle) >= LEAST_DEGREES and abs(angle) % COMMON_DEGREES == 0:
+            yield (
+                f"{who} is {angle:g} rad, {abs(angle) / (2 * np.pi):.3g} turns; if {angle:g} "
+                f"degrees are meant, it must be {np.radians(angle):.4g}"
+            )
 
 
-def _twice(scene: Description) -> tuple[str, ...]:
+def _twice(scene: Description) -> Iterator[str]:
     """Loads and contacts that are given twice: they add up."""
-    found = []
     contacts: list[Any] = [replace(contact, name="any") for contact in scene.contacts]
     several: list[Any] = [scene.loads, contacts]
     for items in several:
         for k, item in enumerate(items):
             if item in items[:k]:
                 bodies = listed(body.name for body in scene.bodies_of(item))
-                found.append(
+                yield (
                     f"scene '{scene.name}': two equal {item.label}s act on {bodies}, and add up; "
                     "remove one of them if that is not meant"
                 )
-    return tuple(found)
 
 
-def dissipates(scene: Description) -> bool:
-    """Decide whether the scheme takes its dissipation from the scene's `alpha`."""
-    return scene.scheme in DISSIPATIVE
-
-
-def _idle_alpha(scene: Description) -> tuple[str, ...]:
+def _idle_alpha(scene: Description) -> Iterator[str]:
     """A dissipation for a scheme that has none, or one of its own."""
-    if not scene.alpha or dissipates(scene):
-        return ()
-    return (
-        f"scene '{scene.name}': alpha={show(scene.alpha)} has no effect: "
-        f"{show(scene.scheme_name)} takes no numerical dissipation from the scene; remove alpha, "
-        "or use 'ed' or 'ed3'",
-    )
+    if scene.alpha and scene.scheme not in DISSIPATIVE:
+        yield (
+            f"scene '{scene.name}': alpha={show(scene.alpha)} has no effect: "
+            f"{show(scene.scheme_name)} takes no numerical dissipation from the scene; remove "
+            "alpha, or use 'ed' or 'ed3'"
+        )
 
 
-def _weights(scene: Description) -> tuple[str, ...]:
+def _weights(scene: Description) -> Iterator[str]:
     """In statics bodies need no mass, except under gravity; warns where some have none."""
-    found = []
-    for load in scene.weights:
+    for load in scene.weights if scene.static else ():
         light = [body for body in scene.bodies_of(load) if not body.mass_given > 0]
         if len(light) == len(scene.bodies_of(load)):
             raise SceneError(
@@ -140,11 +128,10 @@ def _weights(scene: Description) -> tuple[str, ...]:
         # rigid links without mass are common, sections without density are forgotten
         forgotten = [body.name for body in light if not body.single]
         if forgotten:
-            found.append(
+            yield (
                 f"{said(load)}: it does not pull at {listed(forgotten)}, which has no mass; give "
                 "its section a density, or name the body that the load is for"
             )
-    return tuple(found)
 
 
 def check_begin(scene: Description) -> None:

@@ -11,25 +11,15 @@ from shellmb.scene.checks.names import EDGES, check_place
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Description
 from shellmb.scene.lookup import connected
+from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.elements import Driver, Lock, PointElement
-from shellmb.scene.multibody.joints import (
-    GROUND,
-    Cylindrical,
-    Joint,
-    Prismatic,
-    Revolute,
-    Rolling,
-    Screw,
-)
+from shellmb.scene.multibody.joints import GROUND, Joint, Rolling
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time
 from shellmb.scene.values.validate import Sentences, error_of, listed, said, show
-
-# joints whose second body has no motion of its own where all of their coordinates are driven
-DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)
 
 
 def joint_rules(scene: Description, joint: Joint) -> Sentences:
@@ -195,10 +185,27 @@ def relation_rules(scene: Description, relation: Any) -> Sentences:
             )
         who = f"{relation.said}: value over time"
         finite_in_time(function, scene.given_until, who, 1, relation.above)
+
+
+def coupling_rules(scene: Description, coupling: Relation) -> Sentences:
+    """Refuse couplings of too few coordinates, of one to itself, and of others than rotations.
+
+    Args:
+        scene: The scene.
+        coupling: The coupling.
+    """
+    terms = coupling.terms
     # a joint's name alone, and with its only coordinate, are one
-    terms = getattr(relation, "terms", ())
-    if len({(term.joint, scene.coordinates_of(term)) for term in terms}) < len(terms):
-        raise relation.repeated(terms)
+    coupled = {(term.joint, scene.coordinates_of(term)[0]) for term in terms}
+    if len(coupled) < max(len(terms), 2):
+        names = show([term.joint for term in terms])
+        yield f"its coordinates are {names}; it must have two or more, each once"
+    for joint, coordinate in sorted(coupled) if coupling.turns else ():
+        if coordinate != "rotation":
+            yield (
+                f"it turns, and the coordinate of joint '{joint}' is a {coordinate}; it must be a "
+                "rotation, or the coupling a Gear, whose ratio may have a length"
+            )
 
 
 def glue_rules(scene: Description, glue: Glue) -> Sentences:
@@ -337,24 +344,17 @@ def _carried(scene: Description) -> set[str]:
     """
     driven = {(d.joint, c) for d in scene.drivers for c in d.coordinates}
     found: set[str] = set()
-    ties = [
-        (joint, end, other)
-        for joint in scene.joints
-        if joint.active is None
-        and (
-            joint.of_regions
-            or (
-                isinstance(joint, DRIVEN)
-                and all((joint.name, freedom) in driven for freedom in joint.freedoms)
-            )
-        )
-        for end, other in ((joint.first, joint.second), (joint.second, joint.first))
-    ]
+    ties = []
+    for joint in scene.joints:
+        held = [(joint.name, freedom) in driven for freedom in joint.freedoms]
+        given = bool(held) and all(held) and not joint.along_edges
+        if joint.active is None and (joint.of_regions or given):
+            ties += [(joint, joint.first, joint.second), (joint, joint.second, joint.first)]
     for _ in ties:
         for joint, end, name in ties:
             other: Any = scene.end(name, joint.said)
             if name == GROUND:
-                carries = isinstance(joint, DRIVEN)
+                carries = not joint.of_regions
             elif other.single:
                 carries = other.mass_given > 0 or name in found
             else:
@@ -364,17 +364,15 @@ def _carried(scene: Description) -> set[str]:
     return found
 
 
-# what each part of a scene is looked at for, in this order
+# what the parts of a scene, by the names of its fields, are looked at for, in this order
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
     ("joints", joint_rules),
-    ("drivers", coordinate_rules),
-    ("locks", coordinate_rules),
+    ("drivers locks", coordinate_rules),
     ("scene", check_prescribed),
     ("locks", lock_rules),
-    ("joint_elements", coordinate_rules),
-    ("coupled", coordinate_rules),
-    ("joints", relation_rules),
-    ("couplings", relation_rules),
+    ("joint_elements coupled", coordinate_rules),
+    ("joints couplings", relation_rules),
+    ("couplings", coupling_rules),
     ("point_elements", check_ends),
     ("glues", glue_rules),
     ("beams", beam_rules),

@@ -11,7 +11,7 @@ from shellmb.scene.loads.contacts import Contact, EnclosedVolume
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.validate import Sentences, as_names, kind_of, listed, said, show
+from shellmb.scene.values.validate import Sentences, as_names, listed, said, show
 
 
 def named_rules(scene: Description, item: Any) -> Sentences:
@@ -112,7 +112,7 @@ def _carrier(scene: Description, contact: Contact) -> Sentences:
     (body,), carrier = scene.bodies_of(contact), scene.body(name, f"{said(contact)}: obstacle_body")
     if not carrier.rigid:
         yield (
-            f"obstacle_body '{name}' is a {kind_of(carrier)} that deforms; it must be a rigid "
+            f"obstacle_body '{name}' is a {carrier.label} that deforms; it must be a rigid "
             "body, or a shell or beam with model='rigid'"
         )
     if name == body.name:
@@ -141,10 +141,9 @@ def penalty_rules(scene: Description, item: Any) -> Sentences:
 
 
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
-    *((what, named_rules) for what in ("potentials", "contacts", "volumes")),
-    *((what, place_rules) for what in ("potentials", "contacts")),
+    ("potentials contacts volumes", named_rules),
+    ("potentials contacts", place_rules),
     ("volumes", volume_rules),
     ("contacts", contact_rules),
-    ("force_elements", penalty_rules),
-    ("contacts", penalty_rules),
+    ("force_elements contacts", penalty_rules),
 )

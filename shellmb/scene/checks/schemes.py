@@ -184,8 +184,7 @@ def _with(scene: Description) -> str:
 
 LINEAR_RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
     ("joints", small_joint),
-    ("drivers", small_rotation),
-    ("supports", small_rotation),
+    ("drivers supports", small_rotation),
     ("acting_locks", early_lock),
     ("scene", linear_rules),
 )
@@ -245,15 +244,19 @@ def _place(item: Any) -> str:
     return f"{said(item)} at {show(item.at)}" if isinstance(item, Support) else said(item)
 
 
-def corners(scene: Description) -> tuple[float, ...]:
+def corners(
+    scene: Description, wanted: Callable[[Any, float], bool] = lambda function, t: True
+) -> tuple[float, ...]:
     """Times within a run at which a function of time is known to have a jump or a corner [s].
 
     Steps across one are less accurate than the scheme is.
 
     Args:
         scene: The scene.
+        wanted: Whether a function has what is looked for at a time.
     """
-    return _corners(scene, lambda function, t: True)
+    every = ((f, float(t)) for f in functions_of_time(scene) for t in getattr(f, "corners", ()))
+    return tuple(sorted({t for f, t in every if 0 < t < scene.t_end and wanted(f, t)}))
 
 
 def jumps(scene: Description) -> tuple[float, ...]:
@@ -262,7 +265,7 @@ def jumps(scene: Description) -> tuple[float, ...]:
     Args:
         scene: The scene.
     """
-    return _corners(scene, _leaps)
+    return corners(scene, _leaps)
 
 
 def functions_of_time(scene: Description) -> list[Any]:
@@ -283,9 +286,3 @@ def _leaps(function: Any, t: float) -> bool:
     """Decide whether a function has another value right before a time [s], beyond round-off."""
     value, before = function(t), function(math.nextafter(t, -math.inf))
     return abs(value - before) > LEAP * max(abs(value), abs(before))
-
-
-def _corners(scene: Description, wanted: Callable[[Any, float], bool]) -> tuple[float, ...]:
-    """Times within a run at which functions of time have corners of the wanted kind."""
-    every = ((f, float(t)) for f in functions_of_time(scene) for t in getattr(f, "corners", ()))
-    return tuple(sorted({t for f, t in every if 0 < t < scene.t_end and wanted(f, t)}))

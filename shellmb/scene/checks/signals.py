@@ -183,10 +183,9 @@ def check_sensor(scene: Description, sensor: Any) -> None:
 
 
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
-    ("supports", motion_rules),
-    ("drivers", motion_rules),
+    ("supports drivers", motion_rules),
     ("scene", check_inputs),
-    *((what, signal_rules) for what in ("loads", "drivers", "force_elements")),
+    ("loads drivers force_elements", signal_rules),
     ("locks", switch_rules),
     ("scene", follow_rules),
     ("controllers", period_rules),

@@ -23,7 +23,7 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join
 from shellmb.scene.values.bodies import SceneBody
 from shellmb.scene.values.user_functions import finite_in_time, values_at
-from shellmb.scene.values.validate import Sentences, as_names, error_of, kind_of, refuse, said, show
+from shellmb.scene.values.validate import Sentences, as_names, error_of, refuse, said, show
 
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")
@@ -102,7 +102,7 @@ def scene_rules(scene: Description, _: Any) -> Sentences:
     for body in scene.bodies:
         if body.name == GROUND:
             yield (
-                f"a {kind_of(body)} is named '{GROUND}'; it must have another name, because this "
+                f"a {body.label} is named '{GROUND}'; it must have another name, because this "
                 "one is reserved"
             )
     for what in ("shells", *NAMED, EVENTS):
@@ -310,13 +310,13 @@ def groups_of(scene: Description) -> list[tuple[str, ...]]:
     return sorted(found, key=lambda group: names.index(group[0]))
 
 
-# what each part of a scene is looked at for, in this order
+# what the parts of a scene, by the names of its fields, are looked at for, in this order
 RULES: tuple[tuple[str, Callable[[Description, Any], Sentences | None]], ...] = (
     ("scene", scene_rules),
     ("scene", checks_schemes.scheme_rules),
     ("meshed", relaxing_body),
     ("force_elements", relaxing_element),
-    *((what, target_rules) for what in ("supports", "loads", "initial", "probes")),
+    ("supports loads initial probes", target_rules),
     ("joins", check_join),
     ("scene", check_time),
     ("scene", check_positions),
@@ -343,6 +343,7 @@ def check(scene: Description) -> None:
     Raises:
         SceneError: At the first thing that is impossible.
     """
-    for what, rules in RULES:
-        for part in (scene,) if what == "scene" else getattr(scene, what):
-            refuse(part, rules(scene, part) or ())
+    for fields, rules in RULES:
+        for what in fields.split():
+            for part in (scene,) if what == "scene" else getattr(scene, what):
+                refuse(part, rules(scene, part) or ())

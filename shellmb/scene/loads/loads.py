@@ -61,13 +61,13 @@ class PointLoad(Load):
     at_point = True
 
 
-@described("surface force")
-class SurfaceForce(Load):
-    """A dead force per unit area.
+@described("spread force")
+class SpreadForce(Load):
+    """Base class of forces per unit area or length, with directions in space.
 
     Args:
-        force: Its components [N/m^2], or a function of the position.
-        body: Name of the shell.
+        force: The force, or a function of the position.
+        body: Name of the body.
         time: Function of time.
     """
 
@@ -76,8 +76,34 @@ class SurfaceForce(Load):
     time: TimeFunction | None = None
 
 
+@described("follower load")
+class FollowerLoad(Load):
+    """Base class of loads that turn with what they act on.
+
+    Args:
+        components: Components along directions that turn.
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("surface force")
+class SurfaceForce(SpreadForce):
+    """A dead force per unit area.
+
+    Args:
+        force: Its components [N/m^2], or a function of the position.
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+
 @described("follower surface force")
-class FollowerSurfaceForce(Load):
+class FollowerSurfaceForce(FollowerLoad):
     """A force per unit area that turns with the shell.
 
     Args:
@@ -85,10 +111,6 @@ class FollowerSurfaceForce(Load):
         body: Name of the shell.
         time: Function of time.
     """
-
-    components: Vec3
-    body: Name | None = None
-    time: TimeFunction | None = None
 
 
 @described("pressure")
@@ -107,7 +129,7 @@ class Pressure(Load):
 
 
 @described("edge force")
-class EdgeForce(EdgeLoad):
+class EdgeForce(SpreadForce, EdgeLoad):
     """A dead force per unit length of an edge.
 
     Args:
@@ -117,13 +139,9 @@ class EdgeForce(EdgeLoad):
         time: Function of time.
     """
 
-    force: Vec3 | OfPosition
-    body: Name | None = None
-    time: TimeFunction | None = None
-
 
 @described("follower edge force")
-class FollowerEdgeForce(EdgeLoad):
+class FollowerEdgeForce(FollowerLoad, EdgeLoad):
     """A force per unit length of an edge that turns with the shell.
 
     Args:
@@ -132,10 +150,6 @@ class FollowerEdgeForce(EdgeLoad):
         body: Name of the shell.
         time: Function of time.
     """
-
-    components: Vec3
-    body: Name | None = None
-    time: TimeFunction | None = None
 
 
 @described("edge moment")
@@ -189,7 +203,7 @@ class Gravity(Load):
 
 
 @described("line force")
-class LineForce(Load):
+class LineForce(SpreadForce):
     """A dead force per unit length of a beam.
 
     Args:
@@ -199,13 +213,9 @@ class LineForce(Load):
         time: Function of time.
     """
 
-    force: Vec3 | OfPosition
-    body: Name | None = None
-    time: TimeFunction | None = None
-
 
 @described("follower line force")
-class FollowerLineForce(Load):
+class FollowerLineForce(FollowerLoad):
     """A force per unit length of a beam that turns with it.
 
     Args:
@@ -213,10 +223,6 @@ class FollowerLineForce(Load):
         body: Name of the beam.
         time: Function of time.
     """
-
-    components: Vec3
-    body: Name | None = None
-    time: TimeFunction | None = None
 
 
 @described("line moment")
@@ -254,7 +260,7 @@ class PointMoment(PointLoad):
 
 
 @described("follower force")
-class FollowerForce(PointLoad):
+class FollowerForce(FollowerLoad, PointLoad):
     """A force at a node of a beam or a point of a rigid body that turns with it.
 
     Args:
@@ -264,13 +270,9 @@ class FollowerForce(PointLoad):
         time: Function of time.
     """
 
-    components: Vec3
-    body: Name | None = None
-    time: TimeFunction | None = None
-
 
 @described("follower moment")
-class FollowerMoment(PointLoad):
+class FollowerMoment(FollowerLoad, PointLoad):
     """A moment at a node of a beam, or on a rigid body, that turns with it.
 
     Args:
@@ -279,7 +281,3 @@ class FollowerMoment(PointLoad):
         body: Name of the body.
         time: Function of time.
     """
-
-    components: Vec3
-    body: Name | None = None
-    time: TimeFunction | None = None

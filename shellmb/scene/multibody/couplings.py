@@ -5,11 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from shellmb.errors import SceneError
 from shellmb.scene.multibody.elements import Coordinate, JointElement
 from shellmb.scene.types import Finite, Name, Positive
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, error_of, show
+from shellmb.scene.values.validate import Sentences, described, show
 
 # name of a joint with one coordinate, or of any joint and a coordinate
 Which = Name | tuple[Name, Coordinate]
@@ -42,11 +41,13 @@ class Relation:
     Attributes:
         given: The value as a function of time; empty: zero.
         above: What it must be greater than.
+        turns: Whether all coordinates must be rotations.
     """
 
     name: Name
     label: ClassVar[str]
     above: ClassVar[float] = -math.inf
+    turns: ClassVar[bool] = False
 
     @property
     def said(self) -> str:
@@ -63,26 +64,11 @@ class Relation:
         """The value over time, if it has one."""
         return ()
 
-    def repeated(self, found: Sequence[Coupled]) -> SceneError:
-        """Error about coordinates that are too few, or there twice."""
-        names = show([c.joint for c in found])
-        return error_of(self, f"its coordinates are {names}; it must have two or more, each once")
-
     @property
     def terms(self) -> tuple[Coupled, ...]:
-        """The coordinates with their factors.
-
-        Raises:
-            SceneError: If there are not several, or one of them has no factor.
-        """
+        """The coordinates with their factors."""
         given = [(w if isinstance(w, tuple) else (w, None), f) for w, f in self.weights]
-        found = [Coupled(self.name, joint, kind, f) for (joint, kind), f in given]
-        if len(found) < 2:
-            raise self.repeated(found)
-        for term in found:
-            if term.factor == 0:
-                raise error_of(self, f"the factor of joint '{term.joint}' is 0; it must not be 0")
-        return tuple(found)
+        return tuple(Coupled(self.name, joint, kind, f) for (joint, kind), f in given)
 
 
 @described("coupling")
@@ -100,6 +86,12 @@ class Coupling(Relation):
 
     factors: Mapping[Which, Finite]
     value: TimeFunction | None = None
+
+    def _wrong(self) -> Sentences:
+        """Refuse factors of zero."""
+        for which, factor in self.factors.items():
+            if factor == 0:
+                yield f"the factor of {show(which)} is 0; it must not be 0"
 
     @property
     def weights(self) -> Sequence[tuple[Any, float]]:
@@ -128,6 +120,11 @@ class Gear(Relation):
     second: Which
     ratio: Finite = field(kw_only=True)
 
+    def _wrong(self) -> Sentences:
+        """Refuse a ratio of zero."""
+        if self.ratio == 0:
+            yield "ratio", "it must not be 0; what keeps the second coordinate at 0 is a Lock"
+
     @property
     def weights(self) -> Sequence[tuple[Any, float]]:
         """Each coordinate with its factor."""
@@ -150,6 +147,8 @@ class Belt(Relation):
     second: Which
     radii: tuple[Positive, Positive] = field(kw_only=True)
     crossed: bool = field(default=False, kw_only=True)
+
+    turns = True
 
     @property
     def weights(self) -> Sequence[tuple[Any, float]]:
@@ -177,6 +176,8 @@ class Differential(Relation):
     first: Which
     second: Which
     teeth: tuple[Positive, Positive] = field(default=(1.0, 1.0), kw_only=True)
+
+    turns = True
 
     @property
     def weights(self) -> Sequence[tuple[Any, float]]:

@@ -10,30 +10,20 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from shellmb.errors import SceneError, warn
-from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
-from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, unstable
-from shellmb.scene.shells.strength import Strength
-from shellmb.scene.types import (
-    NONE,
-    Finite,
-    Listed,
-    NonNegative,
-    Positive,
-    explained,
-    number_or_nan,
-)
-from shellmb.scene.values.damping import Prony, ShellTimes
+from shellmb.scene.shells.sections import FiniteAt, LinearSection, Moduli, PositiveAt, Value
+from shellmb.scene.types import NONE, Listed, NonNegative, Positive, explained, number_or_nan
+from shellmb.scene.values.damping import ShellTimes
 from shellmb.scene.values.models import NaturalStrain
-from shellmb.scene.values.validate import Sentences, described, show
+from shellmb.scene.values.validate import Sentences, described, extended, show
 
 # usual laminates of carbon fibres are up to 1.4 times too stiff by the factor 5/6, sandwiches from
 # 5 (honeycomb) to 1e6 times
 STIFFER = 2.0
 
 
-@described("ply material")
-class PlyMaterial:
+@extended("ply material")
+class PlyMaterial(Moduli):
     """An orthotropic material, axis 1 along the fibres.
 
     Args:
@@ -47,21 +37,6 @@ class PlyMaterial:
         strength: Strengths, for reserve factors against failure.
         relaxation: Prony series of its moduli; None: elastic.
     """
-
-    E1: Positive
-    E2: Positive
-    _: KW_ONLY
-    nu12: Finite
-    G12: Positive
-    G13: Positive
-    G23: Positive
-    density: NonNegative = 0.0
-    strength: Strength | None = None
-    relaxation: Prony | None = None
-
-    def _wrong(self) -> Sentences:
-        """Check that the strain energy is positive."""
-        return unstable(self.E1, self.E2, self.nu12)
 
 
 @described("ply")
@@ -183,12 +158,8 @@ class Laminate(LinearSection):
 
 
 def _layer(ply: Ply, name: str, value: Value) -> Layer:
-    m = ply.material
-    plane = lamination.plane_stress(m.E1, m.E2, m.nu12, m.G12)
     thickness = value(f"{name}.thickness", ply.thickness, "not negative")
-    shear = np.diag([m.G13, m.G23])
-    layer = Layer(plane, shear, m.density, thickness, strength=m.strength, relaxation=m.relaxation)
-    return layer.turned(value(f"{name}.angle", ply.angle, None))
+    return ply.material.layer(thickness).turned(value(f"{name}.angle", ply.angle, None))
 
 
 _NUMBER = r"[+-]?\d+(?:\.\d*)?"

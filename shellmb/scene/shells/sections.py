@@ -162,11 +162,6 @@ class LinearSection(Section):
         return self.generic
 
     @property
-    def layers(self) -> tuple[Layer, ...]:
-        """The section from its lower to its upper face."""
-        return self._numbers.layers
-
-    @property
     def A(self) -> Floats:
         """Membrane stiffness, shape (3, 3) [N/m]."""
         return self._numbers.A
@@ -253,15 +248,48 @@ class Isotropic(LinearSection):
         return (Layer(plane, transverse, self.density, thickness, 0.0, *own),)
 
 
-def unstable(E1: float, E2: float, nu12: float) -> Sentences:
-    """Refuse moduli with which the plane-stress energy is not positive."""
-    bound = math.sqrt(E1 / E2)
-    if abs(nu12) >= bound:
-        yield "nu12", f"its magnitude must be less than sqrt(E1/E2) = {bound:.4g}"
+@described("orthotropic material")
+class Moduli:
+    """Base class of orthotropic materials, and of the section that is one layer of one.
+
+    Args:
+        E1: Young's modulus along axis 1 [Pa].
+        E2: Young's modulus along axis 2 [Pa].
+        nu12: Contraction along 2 per extension along 1; ``|nu12| < sqrt(E1/E2)``.
+        G12: In-plane shear modulus [Pa].
+        G13: Transverse shear modulus of axis 1 [Pa].
+        G23: Transverse shear modulus of axis 2 [Pa].
+        density: Mass density [kg/m^3].
+        strength: Strengths, for reserve factors against failure.
+        relaxation: Prony series of its moduli; None: elastic.
+    """
+
+    E1: Positive
+    E2: Positive
+    _: KW_ONLY
+    nu12: Finite
+    G12: Positive
+    G13: Positive
+    G23: Positive
+    density: NonNegative = 0.0
+    strength: Strength | None = None
+    relaxation: Prony | None = None
+
+    def _wrong(self) -> Sentences:
+        """Check that the strain energy in plane stress is positive."""
+        bound = math.sqrt(self.E1 / self.E2)
+        if abs(self.nu12) >= bound:
+            yield "nu12", f"its magnitude must be less than sqrt(E1/E2) = {bound:.4g}"
+
+    def layer(self, thickness: Any) -> Layer:
+        """A layer of it, along its axes."""
+        plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
+        shear, own = np.diag([self.G13, self.G23]), (self.strength, self.relaxation)
+        return Layer(plane, shear, self.density, thickness, 0.0, *own)
 
 
 @described("orthotropic section")
-class Orthotropic(LinearSection):
+class Orthotropic(Moduli, LinearSection):
     """One orthotropic elastic layer, turned by ``angle`` from the shell's material 1-direction.
 
     Args:
@@ -284,34 +312,17 @@ class Orthotropic(LinearSection):
         relaxation: Prony series of its moduli; None: elastic.
     """
 
-    E1: Positive
-    E2: Positive
     _: KW_ONLY
-    nu12: Finite
-    G12: Positive
-    G13: Positive
-    G23: Positive
     thickness: PositiveAt
-    density: NonNegative = 0.0
     angle: FiniteAt = 0.0
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
-    strength: Strength | None = None
-    relaxation: Prony | None = None
-
-    def _wrong(self) -> Sentences:
-        """Check that the strain energy is positive."""
-        return unstable(self.E1, self.E2, self.nu12)
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer, its axes turned."""
-        plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
-        transverse = np.diag([self.G13, self.G23])
-        thickness = value("thickness", self.thickness, "positive")
-        own = self.strength, self.relaxation
-        layer = Layer(plane, transverse, self.density, thickness, 0.0, *own)
+        layer = self.layer(value("thickness", self.thickness, "positive"))
         return (layer.turned(value("angle", self.angle, None)),)
 
 

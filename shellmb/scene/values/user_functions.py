@@ -5,6 +5,7 @@ import inspect
 import types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
@@ -21,7 +22,6 @@ NONE = 1e300
 # positions where functions of position are tried [m], and parameters of surfaces
 POSITIONS = np.random.default_rng(1).random((3, 4))
 OfPosition = Callable[[Any], Any]
-Several = list | tuple
 # what could be made a float, and is not meant as one, by NumPy's kinds
 NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
 # in what a function may keep a memory as a default argument
@@ -137,6 +137,23 @@ def _arguments(function: Any) -> int:
     return len(needed) if len(needed) <= 3 else 0
 
 
+@contextmanager
+def refusing(what: str, right: str) -> Iterator[None]:
+    """Refuse functions that fail, whatever they raise.
+
+    Args:
+        what: What fails, and that it does.
+        right: What would be right.
+
+    Raises:
+        SceneError: If what is called within raises an error.
+    """
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        raise SceneError(f"{what} ({in_words(error)}); {right}") from error
+
+
 def values_at(function: OfPosition, x: Floats, size: int, who: str) -> Floats:
     """Checked values at points.
 
@@ -153,18 +170,14 @@ def values_at(function: OfPosition, x: Floats, size: int, who: str) -> Floats:
         SceneError: If it fails, or gives another shape, a number that is not finite, or other
             numbers when it is called again.
     """
-    try:
+    with refusing(f"{who} fails", "it must be written for an array of positions"):
         given = function(x)
         # components may be of several kinds, of which an array would make one
-        parts = [given, *given] if isinstance(given, Several) else [given]
+        parts = [given, *given] if isinstance(given, list | tuple) else [given]
         kinds = {np.asarray(part).dtype.kind for part in parts} & NO_NUMBERS.keys()
         value = np.zeros(0) if kinds else np.array(given, dtype=float)
         # each rank, and each quantity that needs it, asks for itself
         again = value if kinds else np.asarray(function(x), dtype=float)
-    except (Exception, SystemExit) as error:
-        raise SceneError(
-            f"{who} fails ({in_words(error)}); it must be written for an array of positions"
-        ) from error
     if kinds:
         said = " and ".join(NO_NUMBERS[kind] for kind in sorted(kinds))
         raise SceneError(f"{who} gives {said}; it must give real numbers")
@@ -197,10 +210,8 @@ def points_by(who: str, right: str, function: Callable[..., Any], *parameters: F
         SceneError: If it fails, or gives another shape or a number that is not finite.
     """
     size = parameters[0].size
-    try:
+    with refusing(f"{who} fails", right):
         x = np.asarray(function(*parameters), dtype=float)
-    except (Exception, SystemExit) as error:
-        raise SceneError(f"{who} fails ({in_words(error)}); {right}") from error
     if x.shape != (3, size):
         raise SceneError(
             f"{who} returns an array of shape {x.shape} for {size} points; it must be (3, {size})"
@@ -251,12 +262,8 @@ def given_at(function: Any, t: float, who: str, size: int, above: float = -np.in
     Raises:
         SceneError: If it fails, or gives something else than ``size`` finite numbers.
     """
-    try:
+    with refusing(f"{who} fails at t = {t:g}", f"it must give {_wanted(size)}"):
         given = function(t)
-    except (Exception, SystemExit) as error:
-        raise SceneError(
-            f"{who} fails at t = {t:g} ({in_words(error)}); it must give {_wanted(size)}"
-        ) from error
     return numbers_at(given, t, who, size, above)
 
 

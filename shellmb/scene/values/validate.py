@@ -37,11 +37,6 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(f"'{n}'" for n in names)
 
 
-def kind_of(body: Any) -> str:
-    """Name that messages use for this kind of body."""
-    return str(body.label)
-
-
 def said(item: Any) -> str:
     """Name that messages use for a part of a scene."""
     own = f"{item.label} '{item.name}'" if hasattr(item, "name") else item.label
