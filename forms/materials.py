@@ -45,13 +45,7 @@ def neo_hookean(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
         strains: Shell strains of eq. (9).
         parameters: `mu` (shear modulus, Pa), `thickness` (m), `shear_correction` (-).
     """
-    mu, thickness = parameters["mu"], parameters["thickness"]
-    factor = parameters["shear_correction"]
-
-    def density(e: Expr, gam: Expr) -> Expr:
-        return mu / 2 * invariants(e, gam, factor)[0]
-
-    return through_thickness(density, strains, thickness)
+    return mooney_rivlin(strains, {**parameters, "mu1": parameters["mu"], "mu2": ufl.as_ufl(0.0)})
 
 
 def mooney_rivlin(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:

@@ -5,7 +5,7 @@ As those of a shell (`floating.shell`). Directors stay orthonormal, and so the c
 no rotation; it is put back.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import ufl
@@ -21,7 +21,7 @@ from shellmb.forms.shell import along
 def carried_tangents(frame: Expr, ref: Line) -> LineTangents:
     """Changes of the reference's tangent and directors that turn with the frame."""
     f, rest = vectors(frame), rest_tangents(ref)
-    d, ds = (_three([carried(f, V) for V in some]) for some in (rest.d, rest.ds))
+    d, ds = (tuple(carried(f, V) for V in some) for some in (rest.d, rest.ds))
     return LineTangents(carried(f, rest.x1), d, ds)
 
 
@@ -60,14 +60,10 @@ def strain_measure(ref: Line, moved: Callable[[Expr], Moved]) -> Measure:
     def apart(q: Expr) -> Apart:
         u, w, frame = moved(q)
         t, r = line_tangents(u, w, ref), carried_tangents(frame, ref)
-        return Apart(t, r, _three([x - y for x, y in zip(t.d, r.d, strict=True)]))
+        return Apart(t, r, tuple(x - y for x, y in zip(t.d, r.d, strict=True)))
 
     none = 0 * ref.t
     return quadratic(form, Apart(rest, rest, (none, none, none)), apart)
-
-
-def _three(some: Sequence[Expr]) -> Vectors:
-    return some[0], some[1], some[2]
 
 
 def _kept(g: Vectors, h: Vectors, ref: Line) -> LineTangents:
@@ -78,5 +74,5 @@ def _kept(g: Vectors, h: Vectors, ref: Line) -> LineTangents:
         sizes = [(ufl.dot(g[k], h[m]) + ufl.dot(h[k], g[m])) / 2 for m in range(3)]
         return sizes[0] * V[0] + sizes[1] * V[1] + sizes[2] * V[2]
 
-    d, ds = (_three([put(k, V) for k in range(3)]) for V in (D, Ds))
+    d, ds = (tuple(put(k, V) for k in range(3)) for V in (D, Ds))
     return LineTangents(0 * ref.t, d, ds)

@@ -41,10 +41,10 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Acting, Measure, at_middle
-from shellmb.forms.shell import ShellStrains
+from shellmb.forms.shell import ShellStrains, named
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import TINY_INCREMENT, discrete_gradient, gradient
-from shellmb.forms.steps.mixed import Densities, Interval, assumed, bending, membrane_shear, split
+from shellmb.forms.steps.mixed import Densities, Interval, assumed, membrane_shear
 from shellmb.forms.steps.path import Step
 from shellmb.forms.steps.stress_work import POINTS, StrainPath, added
 
@@ -148,8 +148,7 @@ class NonlinearMixed:
         return gradient(self._psi, e)
 
     def _psi(self, e: Expr) -> Expr:
-        eps, gam = split(membrane_shear(e))
-        return self.psi(ShellStrains(eps, bending(e), gam))
+        return self.psi(named(e))
 
     def _sheared(self, e: Expr) -> Expr:
         """Energy of shear alone, by the share of the displacements."""
@@ -199,7 +198,7 @@ class NonlinearMixed:
         shared, stress = self._averages(strain, layout, span)
         N, dN = (self.forces(layout, q) for q in (span.unknown, dq))
         dS = tying.strain(layout.forces(dq, "S"))
-        moments = ufl.as_vector([*tying.whole(N), *bending(stress), 0, 0])
+        moments = ufl.as_vector([*tying.whole(N), *named(stress).kap, 0, 0])
         whole = work(shared + moments)
         whole += ufl.dot(membrane_shear(stress) - tying.force(N), dS)
         found = [whole, *map(work, tying.works(N))]

@@ -287,7 +287,7 @@ class ShellModel(ElasticShell):
 
 
 def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> Form:
-    """Mass by the full rule, moments of inertia of the director at the nodes.
+    """Mass by the full rule, moments of inertia of the director at the nodes (`tangent_jump`).
 
     With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
     parts positive: the first by the full rule, the second one at the nodes. So the kinetic energy
@@ -295,12 +295,11 @@ def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> For
     """
     if mass.s is not None:
         assert mass.I is not None and mass.centred is not None
-        centred = Mass(mass.centred, None, None)
         joined = mass._replace(m=mass.s**2 / mass.I)
-        return density(centred) * rules.full + density(joined) * rules.nodes
-    form = density(shell_forms.without_director(mass)) * rules.full
+        return density(Mass(mass.centred, None, None)) * rules.full + density(joined) * rules.nodes
+    form = density(Mass(mass.m, None, None)) * rules.full
     if mass.I is not None:
-        form += density(shell_forms.director_inertia(mass)) * rules.nodes
+        form += density(mass._replace(m=0 * mass.m)) * rules.nodes
     return form
 
 
