@@ -90,9 +90,7 @@ class FixedDofs:
             h: Step of the difference, s.
             t: The time, s.
         """
-        if not self.moving:
-            return np.zeros(len(self.dofs))
-        return slope_from(self.value, t, h)
+        return slope_from(self.value, t, h) if self.moving else np.zeros(len(self.dofs))
 
 
 @dataclass(frozen=True)
@@ -160,16 +158,23 @@ class SubInterval(Protocol):
         ...
 
 
-class LoadFactors(Protocol):
-    """The loads of a body with the time factors of one stage of a scheme."""
+@dataclass(frozen=True)
+class LoadFactors:
+    """The loads of a body with the time factors of one stage of a scheme.
 
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work at the configuration `mid`; None without loads."""
-        ...
+    Args:
+        times: Function of time of each load; None: it is constant.
+        take: Takes the factors, shape (n,).
+        virtual_work: Virtual work at a configuration in a direction; None where there is none.
+    """
+
+    times: Sequence[TimeFunction | None]
+    take: Callable[[Values], None]
+    virtual_work: Callable[[Expr, Expr], Form | None]
 
     def update(self, average: Callable[[TimeFunction | None], float]) -> None:
         """Set the time factors; `average` turns a load's time function into a number."""
-        ...
+        self.take(np.array([average(time) for time in self.times]))
 
 
 class Elastic(Protocol):
@@ -271,7 +276,7 @@ class Body:
     slenderness: float = 1.0
     jump_parts: frozenset[str] = frozenset()
     damping: Any = None
-    slowing: fem.Constant | None = None
+    slowing: fem.Constant | fem.Function | None = None
     manifold: Manifold = Manifold()
     arms: Any = None
     follow: Callable[[Values], None] | None = None
@@ -325,8 +330,8 @@ class Body:
         """Virtual work of forces in proportion to the momentum; None without any."""
         if self.slowing is None or rates is None:
             return None
-        form = self.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
-        return None if form is None else -self.slowing * form
+        rate = rates.chord if rates.weighed is None else rates.weighed
+        return self.inertia(-self.slowing * rate, dq)
 
 
 class MassiveBody(Body):

@@ -15,7 +15,7 @@ from shellmb.meshes.lifetime import make_room
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body
 from shellmb.model.frames.beam import BeamModel, build_beam
-from shellmb.model.frames.rigid import RigidBodies, ground_node, rigid_node
+from shellmb.model.frames.rigid import GROUND_FRAME, RigidBodies
 from shellmb.model.frames.rigid_from_mesh import rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism
@@ -267,17 +267,16 @@ class Model:
     def _rigid(self, scale: Scale) -> RigidBodies | None:
         """Rigid bodies and ground; None without any."""
         scene = self.scene
-        nodes = [rigid_node(body, scale.length) for body in scene.rigid_bodies]
         ends = [(j.first, j.second) for j in scene.joints]
         ends += [(e.first, e.second) for e in scene.point_elements]
-        if any(GROUND in pair for pair in ends):
-            nodes.append(ground_node())
-        if not nodes:
+        grounded = any(GROUND in pair for pair in ends)
+        bodies = [*scene.rigid_bodies, *([GROUND_FRAME] if grounded else [])]
+        if not bodies:
             return None
         gravity = [
             (load, frozenset(body.name for body in scene.bodies_of(load))) for load in scene.weights
         ]
-        return RigidBodies(scale, nodes, not scene.static, gravity)
+        return RigidBodies(scale, bodies, not scene.static, gravity)
 
     @property
     def _points(self) -> Floats:

@@ -27,15 +27,13 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
-from shellmb.model.body import LoadFactors, PartScale, Rates
+from shellmb.model.body import PartScale, Rates
 from shellmb.model.frames.frame import FRAME, Floating, FrameBody
-from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import Fading, MaxwellBranches, StrainDamping, slowing
-from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.sections.section import SLACK, line_rules, over_line
+from shellmb.model.sections.natural import Distributed, LoadedBody
+from shellmb.model.sections.section import SLACK, integral, line_rules
 from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.positions import field_of
-from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection
 from shellmb.scene.loads.loads import FollowerLineForce, Gravity, LineForce, LineMoment
 from shellmb.scene.lookup import of_kind
@@ -178,7 +176,7 @@ def bind_beam_mass(section: BeamSection, domain: mesh.Mesh) -> FrameMass:
     return FrameMass(fem.Constant(domain, float(m)), (None, s2, s3), J)
 
 
-class BeamModel(FrameBody):
+class BeamModel(FrameBody, LoadedBody):
     """A beam.
 
     Args:
@@ -207,7 +205,7 @@ class BeamModel(FrameBody):
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
         self.rules = line_rules(line, beam.degree)
         # integral of densities at as many Gauss points as the degree
-        self.integrate: Integrate = partial(over_line, self.rules.taken[0])
+        self.integrate: Integrate = partial(integral, self.rules.taken)
         self._static = not dynamic
         self.section = bind_beam_section(beam, line, self._static)
         X = ufl.SpatialCoordinate(line)
@@ -296,11 +294,6 @@ class BeamModel(FrameBody):
         bend = half * math.hypot(*bent)
         return [(given.extension + side * bend, 0.0, half * twist) for side in (-1.0, 1.0)]
 
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        return float(self.section.force.value)
-
     def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, 3, 3)."""
         return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self._order])
@@ -364,52 +357,32 @@ class BeamModel(FrameBody):
         """Strains (Gamma, K), shape (6,)."""
         return beam_forms.strain_measure(self.line, self.layout.moved)
 
-    @cached_property
-    def natural(self) -> NaturalStress | None:
-        """The stress of its natural strain; None without one."""
-        given = self.beam.natural
-        if given is None:
-            return None
-        domain = self.domain.mesh
+    def natural_stress(self, given: Any) -> tuple[Expr, tuple[Expr, ...], Expr, Measure]:
+        """Natural strain, its stress, what of it is reported, and the strains that it acts on."""
         values = np.array([given.extension, 0.0, 0.0, *given.curvature])
-        e = fem.Constant(domain, values)
-        C = _effective(self.beam, self._static)
-        stress = fem.Constant(domain, C @ values)
-        factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
-        return NaturalStress(e, (stress,), stress, self.strain, self.integrate, *factors)
+        e = fem.Constant(self.domain.mesh, values)
+        stress = fem.Constant(self.domain.mesh, _effective(self.beam, self._static) @ values)
+        return e, (stress,), stress, self.strain
 
     def mean_resultants(self, step: Step) -> Expr:
         """Resultants as means over a step that is quadratic in time."""
         return self._twice(*self.elastic[0].mean(step))
 
-    def loads(self) -> LoadFactors | None:
-        """A set of the beam's loads with time factors of their own."""
-        return self.loads_of(self._loads) if self._loads else None
-
-    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
-        """Some loads on it with time factors of their own."""
-        return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
-
-    def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
-        if self.natural is not None and load is self.beam.natural:
-            return self.natural.work(mid, dq)
+    def load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        """Virtual work of a load for a factor of one."""
         density, name, rule = of_kind(_WORK, load)
         given = field_of(getattr(load, name), self.mixed, 3, f"{load.label}: {name}")
         work = density(self, given, self.directors(mid), *self.layout.moved(dq))
         return work * getattr(self.rules, rule)
 
-    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Terms that the user added; None without any."""
-        if not self.beam.terms:
-            return None
+    def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> LinePoint:
+        """Fields that terms of the user depend on; arguments as of `applied`."""
         u, w = self.layout.moved(mid)
         v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
         du, dw = self.layout.moved(dq)
         rate = None if rates is None else self.strain.change(mid, rates.now)
         x, d, de = self.position(mid), self.frames + w, self.strain.change(mid, dq)
-        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
-        work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
-        return work * self.rules.full
+        return LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
 
 
 class LinearBeam(Floating, BeamModel):

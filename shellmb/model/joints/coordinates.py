@@ -17,7 +17,6 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.held import Law
-from shellmb.forms.constraints.joints import Place
 from shellmb.model.body import Dofs, NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint, apart
@@ -142,10 +141,6 @@ class CoordinateGroup(ConstraintGroup):
         named = item.name, item.joint or item.name, self.kind
         return Coordinate(self, k, *named, start, size, target)
 
-    def _places(self, q: Expr) -> tuple[Place, Place]:
-        first, second = (end.place(q, self.layout) for end in self.ends)
-        return first, second
-
     def gap(self, q: Expr, before: Expr | None = None) -> Expr:
         """Difference of the coordinate and that of the places, as a scalar in a list.
 
@@ -154,8 +149,7 @@ class CoordinateGroup(ConstraintGroup):
             before: That at the start of the step, from which a rotation is counted; without it the
                 difference is known up to whole turns.
         """
-        first, second = self._places(q)
-        x = self._x(q)
+        (first, second), x = self.places(q), self._x(q)
         if self.kind == "rotation":
             gap = forms.rotation_gap(first, second, x, x if before is None else before)
         elif self.kind == "translation":
@@ -166,7 +160,7 @@ class CoordinateGroup(ConstraintGroup):
 
     def angle(self, q: Expr) -> Expr:
         """Cosine and sine of the angles of a state, shape (2,)."""
-        return forms.cosine_sine(*self._places(q))
+        return forms.cosine_sine(*self.places(q))
 
     def drop(self, item: int, component: int) -> None:
         """Leave out the driver of a coordinate that others drive likewise."""

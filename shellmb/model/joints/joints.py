@@ -19,7 +19,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
+from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind
 from shellmb.forms.constraints.nonholonomic import CONTACTS
 from shellmb.forms.loads import dead_force
 from shellmb.forms.steps.discrete import variation
@@ -27,7 +27,7 @@ from shellmb.model.body import LoadFactors, MassiveBody
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.locations.nodes import Meshed, shared_nodes
-from shellmb.model.massless import NONE, NodeGroup, Scale, TimedLoads
+from shellmb.model.massless import NONE, NodeGroup, Scale, timed_loads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -204,11 +204,6 @@ class JointGroup(ConstraintGroup):
         """Beginning of its name in messages."""
         return f"{self.kind} joints"
 
-    def places(self, q: Expr) -> tuple[Place, Place]:
-        """The places on the first and the second bodies at a state."""
-        first, second = (end.place(q, self.layout) for end in self.ends)
-        return first, second
-
     def _violation(self, q: Expr) -> Expr:
         values = self.given.values(q, self.layout)
         return ufl.as_vector(self.equations.constraints(*self.places(q), self.size, *values))
@@ -254,15 +249,15 @@ class PointMasses(NodeGroup, MassiveBody):
         dynamic: bool,
     ) -> None:
         ends, masses = zip(*items, strict=True)
-        self._end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", directors > 0)
-        super().__init__(f"joint masses ({directors})", comm, len(ends), places=[self._end])
+        end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", directors > 0)
+        super().__init__(f"joint masses ({directors})", comm, len(ends), places=[end])
         self.kinematic = frozenset(self.mixed.parts)
         self.mass = self.per_item(masses, "m")
         self.gravity, self._dynamic = list(gravity), dynamic
 
     def position(self, q: Expr) -> Expr:
         """Positions of the masses, m."""
-        return self._end.place(q, self.layout).x
+        return self.places(q)[0].x
 
     def velocity(self, v: Expr) -> Expr:
         """Velocities of the masses: the position is linear in the state."""
@@ -281,7 +276,7 @@ class PointMasses(NodeGroup, MassiveBody):
     def loads(self) -> LoadFactors | None:
         """Their weight."""
         loads = [(g.time, self.constant(np.array(g.acceleration))) for g in self.gravity]
-        return TimedLoads(self.nodes.mesh, loads, self._weight) if loads else None
+        return timed_loads(self.nodes.mesh, loads, self._weight) if loads else None
 
     def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
         return dead_force(self.mass * acceleration, self.velocity(dq)) * ufl.dx

@@ -1,7 +1,7 @@
 """Potentials and contacts with obstacles as bodies of the system: energies at points of a body."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -19,10 +19,10 @@ from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints.joints import Place
 from shellmb.meshes.nodes import node_mesh
-from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
+from shellmb.model.body import Elastic, LoadFactors, Rates
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.massless import NodeGroup, Places, gathered
+from shellmb.model.massless import NodeGroup, gathered
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
@@ -68,8 +68,8 @@ class PotentialGroup(NodeGroup):
         carrier: tuple[End, Floats, Floats] | None = None,
     ) -> None:
         self.item, self.points, self.length = item, points, length
-        count, self._end, self.seen = len(points.ends), points.bound(turns), None
-        places: list[Places] = [self._end]
+        count, self.seen = len(points.ends), None
+        places = [points.bound(turns)]
         if carrier is not None:
             body, point, self._axes = carrier
             carried = [replace(body, point=point)] * count
@@ -95,7 +95,7 @@ class PotentialGroup(NodeGroup):
 
     def place(self, q: Expr) -> Place:
         """The points and their directors at a state."""
-        return self._end.place(q, self.layout)
+        return self.places(q)[0]
 
     def moved(self, at: Expr, v: Expr) -> Place:
         """Motion of points and directors by a rate or variation of the state."""
@@ -128,7 +128,7 @@ class PotentialGroup(NodeGroup):
         q = fem.Function(self.mixed.space)
         found = [self.place(q).x]
         if self.seen is not None:
-            frame = self.seen.place(q, self.layout)
+            frame = self.places(q)[1]
             along = (ufl.dot(e, found[0] - frame.x) for e in frame.e)
             start = self.constant(self.seen.ends[0].point)
             axes = map(self.constant, self._axes)
@@ -189,7 +189,7 @@ class ContactGroup(PotentialGroup):
 
     def _frame(self, q: Expr) -> Place:
         """Point and axes of the obstacle at a state."""
-        return self._fixed if self.seen is None else self.seen.place(q, self.layout)
+        return self._fixed if self.seen is None else self.places(q)[1]
 
     def measure(self, q: Expr) -> Expr:
         """Measures from which the distance from the obstacle follows."""
@@ -302,24 +302,6 @@ class At(NamedTuple):
     directors: tuple[Expr, ...]
 
 
-@dataclass(frozen=True)
-class LoadFactor:
-    """The factor of a potential that is a load, which is no virtual work of its own.
-
-    Args:
-        factor: The factor.
-    """
-
-    factor: fem.Constant
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> None:
-        """None: the energy has it."""
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the factor."""
-        self.factor.value = average(None)  # type: ignore[assignment]
-
-
 class UserPotential(PotentialGroup):
     """A user's potential.
 
@@ -345,7 +327,10 @@ class UserPotential(PotentialGroup):
 
     def loads(self) -> LoadFactors | None:
         """Loads that set the load factor; the force follows from the energy."""
-        return None if self.factor is None else LoadFactor(self.factor)
+        if (factor := self.factor) is None:
+            return None
+        value = np.asarray(factor.value)
+        return LoadFactors([None], lambda given: value.fill(given[0]), lambda mid, dq: None)
 
     def measure(self, q: Expr) -> Expr:
         """Displacement over the size of the scene, and directors where they matter."""

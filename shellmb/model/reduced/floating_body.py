@@ -38,7 +38,7 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.model.body import Elastic, LoadFactors, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import NONE, NodeGroup, NodeLoads, Scale, Targets
+from shellmb.model.massless import NONE, NodeGroup, Scale, Targets, node_loads
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import StrainDamping
 from shellmb.model.sections.strains import SeparateRows, Strains
@@ -293,7 +293,7 @@ class LoadPoints(OnArms):
     def loads(self) -> LoadFactors:
         """The loads with factors of their own."""
         values = np.array([item.force for item in self._data])
-        return NodeLoads(self.nodes, values, [item.time for item in self._data], self._work)
+        return node_loads(self.nodes, values, [item.time for item in self._data], self._work)
 
 
 class FrameLoads(NodeGroup):
@@ -333,4 +333,4 @@ class FrameLoads(NodeGroup):
         one = np.eye(10)[0]
         values = [one if p.along is None else np.append(0.0, p.along) for p in self._data]
         times = [item.time for item in self._data]
-        return NodeLoads(self.nodes, np.array(values), times, self._work)
+        return node_loads(self.nodes, np.array(values), times, self._work)

@@ -1,4 +1,4 @@
-"""Strains that a body has without stress: what they add to its forces, and their sizes.
+"""Loads of shells and beams, and strains that these have without stress, which act as loads do.
 
 With `e - theta e*` in place of the strain `e` of a linear section the forces are those of `e` less
 `theta S*`, `S* = C e*`: a stress that is given, and that acts on the same strains, at the same
@@ -8,6 +8,7 @@ form stays what it is. What is reported is of `e - theta e*`.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from mpi4py import MPI
@@ -21,7 +22,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, alike, warn
 from shellmb.forms.measure import Measure
-from shellmb.model.body import TimeFunction
+from shellmb.model.body import LoadFactors, MassiveBody, Rates, TimeFunction
+from shellmb.model.massless import timed_loads
+from shellmb.model.user_forms import virtual_work
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said
@@ -65,6 +68,71 @@ class NaturalStress:
         e = self.measure.value(q)
         shift = self.now * self.strain / 2 - e
         return self.integrate([self.now * ufl.dot(stress, shift) for stress in self.stresses])
+
+
+class LoadedBody(MassiveBody):
+    """A shell or beam on its mesh, with distributed loads, a natural strain and terms of the user.
+
+    Attributes:
+        described: Its description.
+        section: Its section, bound to the mesh.
+        rules: Rules of its integrals.
+        integrate: Integral of densities, one for each rule.
+    """
+
+    described: Any
+    section: Any
+    rules: Any
+    integrate: Callable[[Sequence[Expr]], Form]
+    _loads: Sequence[Distributed]
+
+    def natural_stress(self, given: Any) -> tuple[Expr, tuple[Expr, ...], Expr, Measure]:
+        """The first four of what `NaturalStress` has, of a natural strain."""
+        raise NotImplementedError
+
+    def load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        """Virtual work of a load for a factor of one."""
+        raise NotImplementedError
+
+    def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Any:
+        """Fields that terms of the user depend on; arguments as of `applied`."""
+        raise NotImplementedError
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        return float(self.section.force.value)
+
+    @cached_property
+    def natural(self) -> NaturalStress | None:
+        """The stress of its natural strain; None without one."""
+        given, domain = self.described.natural, self.mixed.space.mesh
+        if given is None:
+            return None
+        now, mean = fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        return NaturalStress(*self.natural_stress(given), self.integrate, given.time, now, mean)
+
+    def loads(self) -> LoadFactors | None:
+        """A set of its loads with time factors of their own."""
+        return self.loads_of(self._loads) if self._loads else None
+
+    def loads_of(self, loads: Sequence[Distributed]) -> LoadFactors:
+        """Some loads on it with time factors of their own."""
+        timed = [(load.time, load) for load in loads]
+        return timed_loads(self.mixed.space.mesh, timed, self._work)
+
+    def _work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        if self.natural is not None and load is self.described.natural:
+            return self.natural.work(mid, dq)
+        return self.load_work(load, mid, dq)
+
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Terms that the user added; None without any."""
+        terms = self.described.terms
+        if not terms:
+            return None
+        point = self.point(mid, rates, dq, time)
+        return virtual_work(terms, point, dq, said(self.described)) * self.rules.full
 
 
 # Green's strain of a length that vanishes, and of one that grows by 1.73; beyond 5 % sections

@@ -21,18 +21,18 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
-from shellmb.model.body import MassiveBody, PartScale
+from shellmb.model.body import PartScale
 from shellmb.model.frames.frame import FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
-from shellmb.model.sections.natural import Distributed
+from shellmb.model.sections.natural import Distributed, LoadedBody
 from shellmb.model.sections.section import (
     bind_mass,
     bind_section,
     has_own_strains,
-    over_surface,
+    integral,
+    per_cell,
     quadrature_rules,
 )
 from shellmb.model.sections.strains import Integrate
@@ -49,7 +49,7 @@ _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
 
-class DiscreteShell(MassiveBody):
+class DiscreteShell(LoadedBody):
     """A shell on its mesh, before any force acts in it.
 
     Args:
@@ -83,7 +83,7 @@ class DiscreteShell(MassiveBody):
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         # integral of densities, by rule
-        self.integrate: Integrate = partial(over_surface, self.rules)
+        self.integrate: Integrate = partial(integral, (self.rules.full, *self.rules.taken))
         # the constraint of the director as numbers
         self.held = directors_held(shell_forms.director_constraint, 1)
         self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
@@ -155,11 +155,6 @@ class DiscreteShell(MassiveBody):
             fixed = None if callable(given) else np.reshape(given, (3, 1))
             parts.append(values_at(given, X, 3, who) if fixed is None else fixed)
         return [parts[0] + side * half * parts[1] for side in (-1.0, 1.0)]
-
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        return float(self.section.force.value)
 
     @cached_property
     def thickness(self) -> fem.Constant:
@@ -238,20 +233,13 @@ def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
     forces = shell_forces(domain.basix_cell(), shell.degree)
     direction = bow = None
     if forces.constants:
-        direction = _per_cell(domain, cell_directions(domain), 3)
+        direction = per_cell(domain, cell_directions(domain), 3)
     # without them strains that are constrained are those of bodies that bend, on regular meshes
     if forces.twists and shell.stretching:
         bows = cell_bows(domain)
         most = domain.comm.allreduce(np.abs(bows).max(initial=0.0), op=MPI.MAX)
-        bow = _per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
-    size = _per_cell(domain, cell_squares(domain), 1)
+        bow = per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
+    size = per_cell(domain, cell_squares(domain))
     components = forces.weights, forces.polynomials, forces.constants, forces.twists
     rules = tuple(rule.strains for rule in forces.rules)
     return tying(ufl.Jacobian(domain), surf, direction, bow, size, components, rules)
-
-
-def _per_cell(domain: mesh.Mesh, values: Floats, size: int) -> Expr:
-    shape = (size,) if size > 1 else ()
-    function = fem.Function(space_on(domain, ("DG", 0, shape) if shape else ("DG", 0)))
-    function.x.array[:] = values.ravel()
-    return function

@@ -24,16 +24,14 @@ from shellmb.forms.steps.mixed import Interval, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.model.body import LoadFactors, Manifold, Rates, largest
+from shellmb.model.body import Manifold, Rates, largest
 from shellmb.model.frames.frame import FRAME, Floating
-from shellmb.model.massless import TimedLoads
 from shellmb.model.multipliers import Constraints
-from shellmb.model.sections.natural import Distributed, NaturalStress
+from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import Arm, Rules, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains
 from shellmb.model.shells.elastic import ElasticShell
 from shellmb.model.shells.positions import field_of
-from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
 from shellmb.scene.loads import loads
 from shellmb.scene.lookup import of_kind
@@ -153,40 +151,22 @@ class ShellModel(ElasticShell):
             self.mass, self.rules, lambda m: shell_forms.momentum_work(*motion, m, *virtual)
         )
 
-    def loads(self) -> LoadFactors | None:
-        """A set of the shell's loads with time factors of their own."""
-        return self.loads_of(self._loads) if self._loads else None
-
-    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
-        """Some loads on it with time factors of their own."""
-        timed = [(load.time, load) for load in loads]
-        return TimedLoads(self.mixed.space.mesh, timed, self._load_work)
-
-    @cached_property
-    def natural(self) -> NaturalStress | None:
-        """The stress of its natural strain; None without one."""
-        given = self.shell.natural
-        if given is None:
-            return None
-        domain, formulation = self.mixed.space.mesh, self.section.formulation
-        parts: list[Expr] = []
+    def natural_stress(self, given: Any) -> tuple[Expr, tuple[Expr, ...], Expr, Measure]:
+        """Natural strain, its stress, what of it is reported, and the strains that it acts on."""
+        formulation, parts = self.section.formulation, list[Expr]()
         for name in ("membrane", "curvature"):
             who = f"natural strain of shell '{self.name}': {name}"
             parts.append(field_of(getattr(given, name), self.mixed, 3, who))
         membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
         e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
-        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
         if isinstance(formulation, NonlinearMixed):
-            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
-            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
+            resultants = formulation.stress(e)
+            return e, (resultants,), resultants, assumed(self.strain, self.layout)
         N = self.forces_of(e)
-        found = formulation.stress(e, N), formulation.joined(e, N)
-        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
+        return e, formulation.stress(e, N), formulation.joined(e, N), self.strain
 
-    def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
-        """Virtual work of a load, or of the stress of its natural strain."""
-        if self.natural is not None and load is self.shell.natural:
-            return self.natural.work(mid, dq)
+    def load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        """Virtual work of a load for a factor of one."""
         density = of_kind(_DENSITIES, load)
 
         def given(name: str, size: int = 3) -> Expr:
@@ -203,10 +183,8 @@ class ShellModel(ElasticShell):
         outward = ufl.FacetNormal(self.mixed.space.mesh)
         return Surface(outward, ufl.cross(ufl.cross(surf.e1, surf.e2), outward), surf.D)
 
-    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Terms that the user added; None without any."""
-        if not self.shell.terms:
-            return None
+    def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Point:
+        """Fields that terms of the user depend on; arguments as of `applied`."""
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
         v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
         du, dw = self.layout.moved(dq)
@@ -214,7 +192,7 @@ class ShellModel(ElasticShell):
         def change(d: Expr) -> ShellStrains:
             return shell_forms.named(self.strain.change(mid, d))
 
-        point = Point(
+        return Point(
             *(u, w, v, dw_dt, du, dw, self.surface, self.mass, time),
             x=self.position(mid),
             d=self.director + w,
@@ -222,8 +200,6 @@ class ShellModel(ElasticShell):
             strain_rate=None if rates is None else change(rates.now),
             dstrain=change(dq),
         )
-        work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
-        return work * self.rules.full
 
     def forces(self, q: Expr) -> Expr:
         """Membrane and shear forces of the elements, shape (5,), N/m."""

@@ -20,7 +20,7 @@ from shellmb.forms.loads import (
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder
-from shellmb.model.massless import NodeGroup, NodeLoads
+from shellmb.model.massless import NodeGroup, node_loads
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 from shellmb.scene.lookup import of_kind
 
@@ -73,20 +73,19 @@ class PointLoads(NodeGroup):
         loads, ends = zip(*items, strict=True)
         # the vectors of a place are the body's directors
         axes = np.array([e.directors if e.framed else np.eye(3) for e in ends])
-        self._end = EndGroup(ends, axes, "1", vectors > 0)
-        name = f"{loads[0].label}s ({vectors})"
-        super().__init__(name, comm, len(loads), places=[self._end])
+        end, name = EndGroup(ends, axes, "1", vectors > 0), f"{loads[0].label}s ({vectors})"
+        super().__init__(name, comm, len(loads), places=[end])
         self.times = [load.time for load in loads]
         self._kind, _, given = of_kind(_WORK, loads[0])
         self.values = np.array([getattr(load, given) for load in loads], dtype=float)
 
     def place(self, q: Expr) -> Place:
         """The places at a state."""
-        return self._end.place(q, self.layout)
+        return self.places(q)[0]
 
     def loads(self) -> LoadFactors | None:
         """The loads with factors of their own."""
-        return NodeLoads(self.nodes, self.values, self.times, self._work)
+        return node_loads(self.nodes, self.values, self.times, self._work)
 
     def _work(self, value: Expr, mid: Expr, dq: Expr) -> Expr:
         return self._kind(value, self.place(mid), change_of(self.place, mid, dq))

@@ -134,20 +134,10 @@ class OwnBody(Body, UserBody):
         points: Mapping[str, Sequence[float]] = NONE,
         regions: Mapping[str, Callable[[Floats], Any]] = NONE,
     ) -> None:
-        given: Any = (
-            name,
-            space,
-            strain,
-            energy,
-            mass,
-            force,
-            constraints,
-            dx,
-            size,
-            points,
-            regions,
+        checked: Any = _Parts
+        parts = checked(
+            name, space, strain, energy, mass, force, constraints, dx, size, points, regions
         )
-        parts = _Parts(*given)
         self._given = {f.name: getattr(parts, f.name) for f in fields(parts) if f.name != "name"}
         self._nodes_held: list[tuple[Any, ...]] = []
         space = space(MPI.COMM_WORLD) if callable(space) else space
@@ -282,7 +272,7 @@ class OwnBody(Body, UserBody):
                 lambda q, part=f"mu{k}": self.layout.part(q, part),  # type: ignore[misc]
                 fem.Constant(mesh, float(hold.force)),
                 hold.dx(mesh),
-                _Errors(self, law, hold),
+                _errors(fem.Function(self.mixed.space), law, hold),
             )
             for k, (law, hold) in enumerate(zip(self._laws, self._holds, strict=True))
         )
@@ -382,26 +372,16 @@ def is_placed(space: fem.FunctionSpace) -> bool:
     return bool(element.family == basix.ElementFamily.P and not element.discontinuous)
 
 
-class _Errors:
-    """Largest violations of what is held, at the middles of the cells it is held on.
+def _errors(state: fem.Function, law: Held, hold: Hold) -> Callable[[Floats], Floats]:
+    """Find largest violations of what is held, at the nodes of its element, at some states."""
+    points = hold.element.basix_element.points
+    read = values_in_cells(law.function(state), points, state.function_space.mesh)
 
-    Args:
-        body: The body.
-        law: The constraints.
-        hold: Where they are held.
-    """
+    def error(values: Floats) -> float:
+        state.x.array[:] = values
+        return float(np.max(np.abs(read()), initial=0.0))
 
-    def __init__(self, body: OwnBody, law: Held, hold: Hold) -> None:
-        self._state = fem.Function(body.mixed.space)
-        points, mesh = hold.element.basix_element.points, body.mixed.space.mesh
-        self._read = values_in_cells(law.function(self._state), points, mesh)
-
-    def __call__(self, states: Floats) -> Floats:
-        return np.array([self._of(state) for state in states])
-
-    def _of(self, state: Floats) -> float:
-        self._state.x.array[:] = state
-        return float(np.max(np.abs(self._read()), initial=0.0))
+    return lambda states: np.array([error(values) for values in states])
 
 
 def _matrix(stiffness: Any, mesh: Any) -> Expr:

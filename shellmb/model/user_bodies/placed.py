@@ -18,7 +18,7 @@ from shellmb.arrays import Floats, Int32s
 from shellmb.errors import SceneError
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.nodes import ON_NODE, shown
-from shellmb.model.massless import TimedLoads
+from shellmb.model.massless import timed_loads
 from shellmb.model.user_bodies.body import OwnBody
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -163,7 +163,7 @@ class PlacedBody(OwnBody):
             return None
         domain, given = self.space.mesh, self.gravity
         loads = [(g.time, fem.Constant(domain, np.array(g.acceleration, float))) for g in given]
-        return TimedLoads(domain, loads, self._weight)
+        return timed_loads(domain, loads, self._weight)
 
     def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
         work = self.momentum_along(dq, acceleration)

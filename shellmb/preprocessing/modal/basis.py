@@ -286,7 +286,7 @@ class ReducedBody:
         index_map = rigid.mixed.space.dofmap.index_map
         first = rigid.mixed.dofs["u"].reshape(-1, 3)[here, 0]
         here = here[first < index_map.size_local]
-        D = rigid.bodies[rigid.index[frame]].directors
+        D = rigid.bodies[rigid.index[frame]].axes.T
         # w_k = t x D_k, so that the sum of D_k x w_k is 2 t
         turns = [np.cross(D[:, :, None], w[n], axis=1).sum(axis=0) / 2 for n in here]
         found = comm.allgather([(u[n], turn) for n, turn in zip(here, turns, strict=True)])
