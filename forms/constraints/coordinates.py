@@ -32,14 +32,13 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.constraints.held import ConstraintRow, VelocityJump
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.forms.steps.potentials import exact_moments
+from shellmb.forms.steps.potentials import Stretch, exact_moments
 
 # below this tangent of the increment its series is exact to round-off
 SMALL_TANGENT = 1e-3

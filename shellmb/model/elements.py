@@ -17,8 +17,8 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
-from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import Measure, linear
+from shellmb.forms.steps import potentials as springs
 from shellmb.forms.steps.mixed import Stiffness
 from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates

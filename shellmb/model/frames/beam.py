@@ -18,7 +18,7 @@ from shellmb.arrays import Floats
 from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
-from shellmb.forms.floating import beam as floating
+from shellmb.forms.floating import strains as floating
 from shellmb.forms.floating.frame import frame_constraints, of_beam
 from shellmb.forms.frame import FrameMass, momenta, vectors
 from shellmb.forms.measure import Measure
@@ -390,13 +390,13 @@ class LinearBeam(Floating, BeamModel):
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
-        turned = floating.turned(self.layout.part(q, "w"), self.line)
+        turned = floating.turned_with_beam(self.layout.part(q, "w"), self.line)
         return frame_constraints(self.layout.part(q, FRAME), turned)
 
     @cached_property
     def strain(self) -> Measure:
         """Strains relative to the frame, shape (6,)."""
-        return floating.strain_measure(self.line, self._moved)
+        return floating.of_beam(self.line, self._moved)
 
     def acting(self, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
         """Forces and moments that balance loads: those conjugate to small strains."""

@@ -8,7 +8,6 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.measure import Measure, at_middle, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
@@ -16,6 +15,7 @@ from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval, MixedStrains
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, NonlinearPath, projected, tangent
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
+from shellmb.forms.steps.potentials import Stretch
 from shellmb.forms.steps.stress_work import (
     POINTS,
     ExactInterval,
@@ -357,7 +357,7 @@ class DistanceEnergy(ExactEnergy):
 
     def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
         stress = forms.interval_stress(self.potential, self._at(a), self._at(b), beta)
-        return stress[0] * forms.distance_slope(self.distance, a, b)
+        return stress[0] * forms.interval_stress(self.distance, a, b, 0.0)
 
     def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
         return forms.distance_stresses(self.potential, self.distance, e, alpha)

@@ -15,7 +15,7 @@ from shellmb.arrays import Floats
 from shellmb.forms import loads as forms
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
-from shellmb.forms.floating import shell as floating
+from shellmb.forms.floating import strains as floating
 from shellmb.forms.floating.frame import frame_constraints, of_shell
 from shellmb.forms.loads import Point
 from shellmb.forms.measure import Measure
@@ -284,13 +284,13 @@ class LinearShell(Floating, ShellModel):
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
-        turned = floating.turned(*self.layout.moved(q), self.surface)
+        turned = floating.turned_with_shell(*self.layout.moved(q), self.surface)
         return frame_constraints(self.layout.part(q, FRAME), turned)
 
     @cached_property
     def strain(self) -> Measure:
         """Strains relative to the frame, shape (8,)."""
-        return floating.strain_measure(self.surface, self._moved)
+        return floating.of_shell(self.surface, self._moved)
 
 
 def build_shell(
