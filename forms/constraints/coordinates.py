@@ -230,21 +230,21 @@ class Angle(NamedTuple):
             start, end, before = self.angle(span.a), self.angle(span.b), self.x(span.a)
             turned_by = increment_gradient(start, end, variation(self.angle, span.mid, dq))
             own = ufl.as_vector([self.x(dq) - turned_by])
-        return ConstraintRow(own, None, self.gap(span.holding, before), (span.unknown, None))
+        return ConstraintRow(own, self.gap(span.holding, before), span.unknown)
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """The equation and its rate at the end of a step, two forces without work for both."""
         own, other = turned(self.angle, path, k, dq)
-        row = ufl.as_vector([self.x(dq) - own]), ufl.as_vector([-other])
+        own, other = ufl.as_vector([self.x(dq) - own]), ufl.as_vector([-other])
         first, last = path.end, path.end_velocity
         if k == 0:
-            return ConstraintRow(*row, self.gap(first, self.x(path.start)), (first, last))
+            return ConstraintRow(own, self.gap(first, self.x(path.start)), first, other, last)
         rate = self.x(last) - angle_rate(self.angle, path)
-        return ConstraintRow(*row, ufl.as_vector([rate]), (last, first))
+        return ConstraintRow(own, ufl.as_vector([rate]), last, other, first)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """The rate of the coordinate is that of the places, with the impulse for that."""
-        return ConstraintRow(self.slope(mid, dv), None, self.slope(mid, v), (v, None))
+        return ConstraintRow(self.slope(mid, dv), self.slope(mid, v), v)
 
     def jump(self, step: VelocityJump, dq: Expr) -> None:
         """None: angles hold the jump, as they are not quadratic."""

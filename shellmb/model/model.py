@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from mpi4py import MPI
@@ -19,7 +19,7 @@ from shellmb.model.frames.rigid import GROUND_FRAME, RigidBodies
 from shellmb.model.frames.rigid_from_mesh import rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism
-from shellmb.model.locations.nodes import Finder
+from shellmb.model.locations.nodes import place_on
 from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
 from shellmb.model.potentials.points import ActingPoints
@@ -136,9 +136,14 @@ class Model:
         times = [part * scene.given_until for part in COMPARED]
         glued = glue_beams(scene, self.beams, self.shells, lines)
         prescribed = Prescribed(aliases([*self.meshed.values()], comm), times, scene.linear)
-        self.planes = self._hold(places, prescribed)
+        for support in scene.supports:
+            for body in scene.bodies_of(support):
+                SupportRows(support, places[body.name], body, prescribed, dynamic)
+        prescribed.settle()
+        self.planes = prescribed.planes
         refuse_idle_loads(scene, self.meshed, prescribed)
-        find = Finder(scene, places, {} if self.rigid is None else self.rigid.ends())
+        frames = {} if self.rigid is None else self.rigid.ends()
+        find = partial(place_on, scene, places, frames)
         self.bodies += [*self.planes, *hold_glued(scene, glued, prescribed)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
         self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
@@ -313,24 +318,6 @@ class Model:
         mass += sum(body.total_mass for body in self.own.values())
         mass += sum(b.beam.section.mass[0] * b.domain.length for b in self.beams.values())
         return (mass or 1.0) * self.length / scene.dt**2
-
-    def _hold(self, places: dict[str, Any], prescribed: Prescribed) -> list[NodalConstraint]:
-        """Hold and move bodies; what all supports prescribe is looked through at once.
-
-        Returns:
-            Planes that are not axis-parallel and hold nodes.
-
-        Raises:
-            SceneError: If supports contradict one another.
-        """
-        planes: list[NodalConstraint] = []
-        for support in self.scene.supports:
-            for body in self.scene.bodies_of(support):
-                held, dynamic = places[body.name], not self.scene.static
-                rows = SupportRows(support, held, body, prescribed, dynamic)
-                rows.collect()
-                planes += rows.arms
-        return [*planes, *prescribed.settle()]
 
     def _check_turnable(self) -> None:
         """Check that directors with joints on them have inertia in motion, or velocities are open.

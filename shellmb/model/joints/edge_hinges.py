@@ -12,9 +12,9 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.joints.coordinates import BoundCoordinate
 from shellmb.model.joints.edge_frames import EdgeFrames, Point, Sum
-from shellmb.model.joints.joints import BoundJoint, FindEnd
+from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End
-from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
+from shellmb.model.locations.nodes import ON_NODE, FindEnd, Nodes, shared_nodes
 from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.joints import EdgeHinge

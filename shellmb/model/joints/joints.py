@@ -5,7 +5,7 @@ it is in the frame of a rigid body, of the ground or of a beam's node, and so do
 What all of them carry adds up to one force and moment of the joint.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,7 +26,7 @@ from shellmb.forms.steps.discrete import variation
 from shellmb.model.body import LoadFactors, MassiveBody
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
-from shellmb.model.locations.nodes import Meshed, shared_nodes
+from shellmb.model.locations.nodes import FindEnd, Meshed, shared_nodes
 from shellmb.model.massless import NONE, NodeGroup, Scale, timed_loads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
@@ -37,8 +37,6 @@ from shellmb.scene.values.validate import show
 
 # two points count as one below this part of the scene's length
 TOGETHER = 1e-9
-
-FindEnd = Callable[[str, Any, str], End]
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ from shellmb.model.joints.switches import (
     TiedCoordinates,
     Windows,
 )
-from shellmb.model.locations.nodes import Finder
+from shellmb.model.locations.nodes import FindEnd
 from shellmb.model.massless import Scale, gathered
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
@@ -85,7 +85,7 @@ class Mechanism:
         self,
         scene: Scene,
         scale: Scale,
-        find: Finder,
+        find: FindEnd,
         shells: Mapping[str, ShellModel],
         signals: Signals,
     ) -> None:
@@ -213,7 +213,7 @@ class Mechanism:
         each = (group.columns(levels[group.name]) for group in self.contacts)
         return {name: value for found in each for name, value in found.items()}
 
-    def _coordinates(self, find: Finder) -> list[BoundCoordinate]:
+    def _coordinates(self, find: FindEnd) -> list[BoundCoordinate]:
         """The coordinates that something acts on, or that sensors read; others do not exist.
 
         Raises:

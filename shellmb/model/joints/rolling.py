@@ -14,8 +14,9 @@ from shellmb.errors import SceneError
 from shellmb.forms.constraints import nonholonomic
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.constraints.nonholonomic import Own, both
-from shellmb.model.joints.joints import BoundJoint, FindEnd, JointGroup
+from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import change_of, frame_about
+from shellmb.model.locations.nodes import FindEnd
 from shellmb.model.massless import Scale, gathered
 from shellmb.scene.multibody.joints import Contact, KnifeEdge, Rolling
 

@@ -13,7 +13,7 @@ from dolfinx import fem, la
 from shellmb.arrays import Floats, Ints
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.nodes import Finder, shared_nodes, values_at
+from shellmb.model.locations.nodes import FindEnd, shared_nodes, values_at
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -72,7 +72,7 @@ class ActingPoints:
     def __init__(
         self,
         scene: Scene,
-        find: Finder,
+        find: FindEnd,
         meshed: Mapping[str, MeshedBody],
         rigid_meshes: Mapping[str, MeshedBody],
         reduced: Mapping[str, Points],

@@ -80,6 +80,21 @@ def _single(trial: Any) -> Expr:
     return ufl.TestFunction(trial.ufl_function_space())
 
 
+def two_rows(
+    step: Step, tests: Sequence[Expr], trial: Any, work: Callable[[int, Expr, bool], Form]
+) -> Term:
+    """Work in both rows of a step that is quadratic in time.
+
+    Args:
+        step: The step.
+        tests: Virtual displacement of each row.
+        trial: Trial function of the space of an unknown state.
+        work: Work in a row on a virtual displacement, exact or without what derivatives leave out.
+    """
+    alone = tuple(work(k, _single(trial), False) for k in (0, 1))
+    return Term(work(0, tests[0], True) + work(1, tests[1], True), step.rows.numbers, alone)
+
+
 def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
     alone = tuple(f + g for f, g in zip(a.alone, b.alone, strict=True))
@@ -188,14 +203,12 @@ class GeneralStrains(SectionStrains):
 
         Derivatives are those without what makes it so.
         """
+        along = self._over(step.states)
 
-        def row(k: int, dq: Expr, exact: bool = True) -> Form:
+        def row(k: int, dq: Expr, exact: bool) -> Form:
             return self.integrate(general_work(self.common, along, step.path, k, dq, exact))
 
-        along = self._over(step.states)
-        residual = row(0, tests[0]) + row(1, tests[1])
-        alone = tuple(row(k, _single(trial), exact=False) for k in (0, 1))
-        return Term(residual, step.rows.numbers, alone)
+        return two_rows(step, tests, trial, row)
 
     def _over(self, states: Sequence[Expr]) -> GeneralStrain:
         return GeneralStrain(self.strain, states, self.product)
@@ -400,13 +413,10 @@ class PotentialStrains(ExactEnergy):
         middle = (along.first + along.last) / 2
         simple = first, second + alpha / 2 * ufl.dot(tangent(psi, middle), along.bow)
 
-        def work(stresses: Sequence[Expr], k: int, dq: Expr) -> Form:
-            return along.work(stresses, k, dq) * self.weight * self.dx
+        def work(k: int, dq: Expr, exact: bool) -> Form:
+            return along.work(stresses if exact else simple, k, dq) * self.weight * self.dx
 
-        single = _single(trial)
-        residual = work(stresses, 0, tests[0]) + work(stresses, 1, tests[1])
-        alone = work(simple, 0, single), work(simple, 1, single)
-        return Term(residual, step.rows.numbers, alone)
+        return two_rows(step, tests, trial, work)
 
     def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """None: the work over a step is `path_term`."""

@@ -19,7 +19,7 @@ from shellmb.forms.loads import (
 )
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.ends import End, EndGroup, change_of
-from shellmb.model.locations.nodes import Finder
+from shellmb.model.locations.nodes import FindEnd
 from shellmb.model.massless import NodeGroup, node_loads
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 from shellmb.scene.lookup import of_kind
@@ -107,7 +107,7 @@ def _refuse_drilling(load: PointMoment, end: End) -> None:
     )
 
 
-def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
+def point_loads(scene: Scene, comm: MPI.Comm, find: FindEnd) -> list[PointLoads]:
     """Loads at points as bodies of the system, one for all that share their kernels.
 
     Args:
