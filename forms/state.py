@@ -43,10 +43,6 @@ class Layout(NamedTuple):
             return q[first]
         return ufl.as_vector([q[first + k] for k in range(size)])
 
-    def displacement(self, q: Expr) -> Expr:
-        """Displacement, shape (3,), m."""
-        return self.part(q, "u")
-
     @property
     def cells(self) -> Tying:
         """Maps of the forces of cells, of a shell."""
@@ -56,10 +52,6 @@ class Layout(NamedTuple):
     def forces(self, q: Expr, name: str = "N") -> Expr:
         """Scaled forces of a shell's cells, or strains of their own, shape (15,)."""
         return self.cells.forces(self.part(q, name))
-
-    def director_change(self, q: Expr) -> Expr:
-        """Change of the director, shape (3,), dimensionless."""
-        return self.part(q, "w")
 
     def moved(self, q: Expr) -> tuple[Expr, Expr]:
         """Displacement and change of the director, or of the directors of frames."""

@@ -365,10 +365,8 @@ class Stops(ElementGroup):
     def potential(self, e: Expr) -> Expr:
         """Energy of what is beyond either limit."""
         x = self.size * e[0]
-        first, second = (
-            forms.energy(self._beyond(x, limit, sign), *self._law) for limit, sign in self._limits
-        )
-        return first + second
+        beyond = (self._beyond(x, limit, sign) for limit, sign in self._limits)
+        return sum((forms.energy(depth, *self._law) for depth in beyond), start=0 * x)
 
     def _beyond(self, x: Expr, limit: Expr, sign: int) -> Expr:
         return sign * (x - limit) + FAR * self.always

@@ -211,14 +211,11 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
     Raises:
         SceneError: If a term fails, or is no virtual work: linear in the variation.
     """
-    tested = bool(extract_arguments(dq))
-    found = []
-    for term in terms:
-        name = f"{who}: term"
-        value = (
-            virtual(term, (point,), name, "point.du") if tested else written(term, (point,), name)
-        )
-        found.append(value)
+    at = (point,), f"{who}: term"
+    if extract_arguments(dq):
+        found = [virtual(term, *at, "point.du") for term in terms]
+    else:
+        found = [written(term, *at) for term in terms]
     return sum(found[1:], found[0])
 
 

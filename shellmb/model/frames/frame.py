@@ -12,6 +12,7 @@ forces do no work.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
@@ -50,15 +51,11 @@ class DirectorConstraint:
     def unit(self) -> bool:
         """Decide whether all directors have length one and, of a triple, are at right angles."""
         k, rng = self._count, np.random.default_rng(1)
-        pairs = [(a, a) for a in range(k)] + [(a, b) for a in range(k) for b in range(a + 1, k)]
-        for w, D in rng.normal(size=(2, 2, 3 * k)):
-            v, R = w.reshape(k, 3), D.reshape(k, 3)
-            known = [v[a] @ R[b] + R[a] @ v[b] + v[a] @ v[b] for a, b in pairs]
-            halves = [0.5 if a == b else 1.0 for a, b in pairs]
-            found = self._at(w, D)
-            if found.shape != (len(pairs),):
-                return False
-            if np.abs(found - np.multiply(halves, known)).max() > ROUND_OFF:
+        for w, D in rng.normal(size=(2, 2, k, 3)):
+            products = (D + w) @ (D + w).T - D @ D.T
+            known = [*products.diagonal() / 2, *products[np.triu_indices(k, 1)]]
+            found = self._at(w.ravel(), D.ravel())
+            if len(found) != len(known) or np.abs(found - known).max() > ROUND_OFF:
                 return False
         return True
 
@@ -108,6 +105,7 @@ EVERYWHERE = {"frame": 9, "hold": 9}
 FRAME = "frame"
 
 
+@dataclass(frozen=True)
 class FloatingFrame:
     """A frame and what ties it to its body.
 
@@ -118,17 +116,15 @@ class FloatingFrame:
         force: Size of the body's resultants: a Constant.
     """
 
-    def __init__(
-        self,
-        mixed: MixedSpace,
-        constraints: Callable[[Expr], Expr],
-        measure: ufl.Measure,
-        force: Expr,
-    ) -> None:
-        self._layout, self.constraints = Layout(mixed.parts), constraints
-        self._measure, self._force = measure, force
-        # of some cell: they are the same on all
-        self._dofs = mixed.dofs[FRAME][: EVERYWHERE[FRAME]].reshape(-1, 3, 3)
+    mixed: MixedSpace
+    constraints: Callable[[Expr], Expr]
+    measure: ufl.Measure
+    force: Expr
+
+    @cached_property
+    def _dofs(self) -> Int32s:
+        """Dofs of some cell: they are the same on all."""
+        return self.mixed.dofs[FRAME][: EVERYWHERE[FRAME]].reshape(-1, 3, 3)
 
     def changes(self, values: Floats) -> Floats:
         """Changes of the directors as rows, or their rates, of a local array, shape (3, 3).
@@ -148,14 +144,9 @@ class FloatingFrame:
         Args:
             inertialess: Whether the body has no inertia.
         """
-        return Constraints(
-            Held(self.constraints),
-            lambda q: self._layout.part(q, "hold"),
-            self._force,
-            self._measure,
-            self.errors,
-            inertialess,
-        )
+        held, layout = Held(self.constraints), Layout(self.mixed.parts)
+        of = held, lambda q: layout.part(q, "hold"), self.force, self.measure, self.errors
+        return Constraints(*of, inertialess)
 
 
 def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:

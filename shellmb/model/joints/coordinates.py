@@ -56,12 +56,10 @@ class BoundCoordinate:
     share: float = 1.0
 
     @property
-    def group(self) -> tuple[str, int, int]:
+    def group(self) -> tuple[Any, ...]:
         """Key that coordinates with common kernels share."""
-        first, second = (
-            end.needed(n) for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
-        )
-        return self.kind, first, second
+        vectors = zip(self.ends, _VECTORS[self.kind], strict=True)
+        return self.kind, *(end.needed(n) for end, n in vectors)
 
 
 def joint_coordinate(joint: BoundJoint, kind: str) -> BoundCoordinate:

@@ -84,10 +84,10 @@ class BoundJoint:
         return self.equations.vectors
 
     @property
-    def key(self) -> tuple[Any, int, int]:
+    def key(self) -> tuple[Any, ...]:
         """Key that joints with common kernels share: none shares those of a user's joint."""
-        first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
-        return self.joint.name if self.own else self.kind, first, second
+        needed = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
+        return self.joint.name if self.own else self.kind, *needed
 
 
 def apart(ends: tuple[End, End], length: float, who: str) -> float:

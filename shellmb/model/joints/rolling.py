@@ -156,13 +156,10 @@ class ContactGroup(JointGroup):
         joint's point of the first body [m]; `JOINT.slip`: speed of slip now [m/s], which vanishes
         to the order of the scheme: what vanishes exactly are its moments over a step.
         """
-        found: dict[str, float] = {}
         local = self.sliding(levels.q.x.array, levels.rates["v"].x.array)
-        for name, line in zip(self.labels, gathered(self.nodes, local).tolist(), strict=True):
-            slip, _, *track, _ = line
-            for column, value in zip(("track1", "track2", "slip"), (*track, slip), strict=True):
-                found[f"{name}.{column}"] = value
-        return found
+        lines = zip(self.labels, gathered(self.nodes, local).tolist(), strict=True)
+        columns = ("track1", 2), ("track2", 3), ("slip", 0)
+        return {f"{name}.{column}": line[k] for name, line in lines for column, k in columns}
 
     def refuse_slip(self, q: Floats, v: Floats) -> None:
         """See that nothing slips in the velocities given; collective.

@@ -206,12 +206,8 @@ class DiscreteShell(LoadedBody):
     @cached_property
     def length(self) -> Measure:
         """The constraint of the director, shape (1,)."""
-        layout, director = self.layout, self.director
-
-        def value(q: Expr) -> Expr:
-            return shell_forms.director_constraint(layout.part(q, "w"), director)
-
-        return measure(lambda q: ufl.as_vector([value(q)]))
+        layout, D, held = self.layout, self.director, shell_forms.director_constraint
+        return measure(lambda q: ufl.as_vector([held(layout.part(q, "w"), D)]))
 
     def strains(self, q: Expr) -> ShellStrains:
         """Strains of a state by their names."""
@@ -219,7 +215,7 @@ class DiscreteShell(LoadedBody):
 
     def position(self, q: Expr) -> Expr:
         """Position of the deformed surface, shape (3,), m."""
-        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
+        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.part(q, "u")
 
 
 def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:

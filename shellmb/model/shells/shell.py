@@ -100,7 +100,7 @@ class ShellModel(ElasticShell):
         if self.mass is None or self.mass.I is None:
             return b
         first, size = self.mixed.parts["w"]
-        d = self.held.normal(self.layout.director_change(mid), self.director)
+        d = self.held.normal(self.layout.part(mid, "w"), self.director)
         db = shell_forms.tangent_jump(*self.layout.moved(b), d, self._arm.coefficient)
         components = [b[k] for k in range(b.ufl_shape[0])]
         components[first : first + size] = [db[k] for k in range(size)]
@@ -185,7 +185,7 @@ class ShellModel(ElasticShell):
 
     def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Point:
         """Fields that terms of the user depend on; arguments as of `applied`."""
-        u, w = self.layout.displacement(mid), self.layout.director_change(mid)
+        u, w = self.layout.moved(mid)
         v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
         du, dw = self.layout.moved(dq)
 
@@ -213,7 +213,7 @@ class ShellModel(ElasticShell):
 
     def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
         """Energies of squares of rotations about a frame, as of `forms.floating.frame.of_shell`."""
-        return of_shell(N, self.layout.displacement(q), R, self.surface)
+        return of_shell(N, self.layout.part(q, "u"), R, self.surface)
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
@@ -242,7 +242,7 @@ class ShellModel(ElasticShell):
 
     def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
         """Positions and directors at a state."""
-        return {"u": [self.position(q)], "w": [self.director + self.layout.director_change(q)]}
+        return {"u": [self.position(q)], "w": [self.director + self.layout.part(q, "w")]}
 
     def _length_errors(self, states: Floats) -> Floats:
         """Largest deviations of a director's length from one on this rank, of some states."""
