@@ -141,22 +141,19 @@ class NonlinearMixed:
 
     def energy_density(self, e: Expr) -> Expr:
         """Energy of strains, shape (8,), as the user wrote it."""
-        return self._psi(e)
+        return self.psi(named(e))
 
     def stress(self, e: Expr) -> Expr:
         """Resultants of strains, shape (8,) both."""
-        return gradient(self._psi, e)
-
-    def _psi(self, e: Expr) -> Expr:
-        return self.psi(named(e))
+        return gradient(self.energy_density, e)
 
     def _sheared(self, e: Expr) -> Expr:
         """Energy of shear alone, by the share of the displacements."""
         zero = 0 * e[0]
-        return self.a * self._psi(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
+        return self.a * self.energy_density(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
 
     def _psi_own(self, e: Expr) -> Expr:
-        return self._psi(e) - self._sheared(e)
+        return self.energy_density(e) - self._sheared(e)
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
         """Forces that tie the strains, shape (15,), N/m."""

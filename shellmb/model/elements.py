@@ -237,9 +237,6 @@ class Springs(ElementGroup):
             return super().holds(step)
         return np.array([item.parameter > 0 for item in self.items])
 
-    def _extension(self, q: Expr) -> Expr:
-        return self.x(q) - self.rest
-
     def potential(self, e: Expr) -> Expr:
         """Energy as a function of the measure."""
         return self._potential(self.size * e[0] - self.rest)
@@ -262,7 +259,7 @@ class Springs(ElementGroup):
         if not any(item.rest for item in self.items):
             return moved
         return moved._replace(
-            value=lambda q: ufl.as_vector([self._extension(q)]),
+            value=lambda q: ufl.as_vector([self.x(q) - self.rest]),
             rest=lambda q: ufl.as_vector([-self.rest]),
         )
 

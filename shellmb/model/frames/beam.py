@@ -196,6 +196,8 @@ class BeamModel(FrameBody, LoadedBody):
     ) -> None:
         self.beam = self.described = beam
         self.domain, self.extent = domain, ("size of its section", beam.section.size)
+        # its directors at the start
+        self.rigid_axes = domain.triads[0].reshape(3, 3).T
         line = domain.mesh
         mixed = beam_space(line, beam.degree, self.everywhere)
         space = mixed.subspaces["w"]
@@ -276,11 +278,6 @@ class BeamModel(FrameBody, LoadedBody):
     def stretching(self) -> tuple[float, float]:
         """Stiffness along it, and mass per length."""
         return float(self.beam.section.stiffness[0, 0]), self.beam.section.mass[0]
-
-    @property
-    def rigid_axes(self) -> Floats:
-        """Axes of a rigid body in its place, in columns: its directors at the start."""
-        return self.domain.triads[0].reshape(3, 3).T
 
     def sizes_at(self, x: Floats) -> dict[str, Any]:
         """Size of its cross-section."""

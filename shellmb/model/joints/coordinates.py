@@ -172,16 +172,13 @@ class CoordinateGroup(ConstraintGroup):
             return super().law
         return forms.Angle(self.angle, self._x, self.gap, self.before)
 
-    def rate_gap(self, q: Expr, v: Expr) -> Expr:
-        """Derivative of the equation at the state `q` along the velocity `v`."""
-        return self.law.velocity(v, q, v).value
-
     def _x(self, q: Expr) -> Expr:
         return self.layout.part(q, "x")
 
     def excess(self, q: Expr, v: Expr) -> Expr:
         """Difference of a coordinate's rate from that of its places."""
-        gap = self.rate_gap(q, v)[0]
+        # the equation's derivative along the velocity
+        gap = self.law.velocity(v, q, v).value[0]
         if self.kind == "distance":
             # the equation is that of the squares
             gap = gap * self._start / (self._start + self._x(q))

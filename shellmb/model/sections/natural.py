@@ -78,7 +78,10 @@ class LoadedBody(MassiveBody):
         section: Its section, bound to the mesh.
         rules: Rules of its integrals.
         integrate: Integral of densities, one for each rule.
+        rigid_axes: Axes of a rigid body in its place, in columns: those of the scene.
     """
+
+    rigid_axes = np.eye(3)
 
     described: Any
     section: Any

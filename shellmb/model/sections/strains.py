@@ -145,10 +145,6 @@ class SectionStrains(Elastic):
     def _bow_of(self, step: Step) -> Expr:
         return step.bow_of(self.strain)
 
-    def resultants(self, q: Expr) -> Any:
-        """Strains and forces of a state."""
-        return self.strain.value(q), self.section.forces(self.layout, q)
-
     def mean(self, step: Step) -> Any:
         """Means of the strains and forces over a step that is quadratic in time."""
         e = moment_of(self.strain, step.rows.stresses[0].moment, step.states)

@@ -135,11 +135,6 @@ class DiscreteShell(LoadedBody):
         """Largest stiffness in the surface and mass, per width."""
         return self.section.sizes.stiffness, self.section.sizes.mass
 
-    @property
-    def rigid_axes(self) -> Floats:
-        """Axes of a rigid body in its place, in columns: those of the scene."""
-        return np.eye(3)
-
     def sizes_at(self, x: Floats) -> dict[str, Any]:
         """Thickness at positions."""
         section: Any = self.shell.section

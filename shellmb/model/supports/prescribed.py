@@ -201,9 +201,12 @@ class Prescribed:
             SceneError: If supports contradict one another; names them and their values.
         """
         oblique: dict[tuple[str, str], list[tuple[Rows, int]]] = {}
-        sampled = [self._sampled(rows) for rows in self.rows]
+        still = np.zeros((1, len(self.times)))
         # whole axes first: what they hold needs no multiplier
-        for rows, values in zip(self.rows, sampled, strict=True):
+        for rows in self.rows:
+            values = np.tile(still, (len(rows.dofs), 1))
+            if rows.value is not None:
+                values = np.stack([rows.value(t) for t in self.times], axis=1)
             axis = np.argmax(np.abs(rows.normals), axis=1)
             size = np.take_along_axis(rows.normals, axis[:, None], axis=1)[:, 0]
             parallel = 1 - np.abs(size) < PARALLEL
@@ -222,12 +225,6 @@ class Prescribed:
             if found:
                 self.planes.append(_planes(found))
         self._directors()
-
-    def _sampled(self, rows: Rows) -> Floats:
-        """Values of all rows at the times of comparison, shape (n, times)."""
-        if rows.value is None:
-            return np.zeros((len(rows.dofs), len(self.times)))
-        return np.stack([rows.value(t) for t in self.times], axis=1)
 
     def _node(self, rows: Rows, k: int, first: int = 0) -> _Node:
         dof = linked_to(self._aliases, (rows.body.name, int(rows.dofs[k, first])))
