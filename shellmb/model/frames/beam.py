@@ -240,16 +240,15 @@ class BeamModel(FrameBody, LoadedBody):
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
         label = f"of beam '{beam.name}'"
-        self.parts = (
-            PartScale("u", f"displacement {label}", domain.length, _ADVICE_MOTION),
-            PartScale("w", f"directors {label}", 1.0, _ADVICE_MOTION),
-            PartScale("N", f"forces {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
-            PartScale("lam", f"director multipliers {label}", slenderness**2, _ADVICE_MOTION),
-        )
-        self.parts += tuple(
-            PartScale(part, f"floating frame {label}", size, _ADVICE_MOTION)
-            for part, size in zip(self.everywhere, (1.0, slenderness**2), strict=False)
-        )
+        scales = {
+            "u": (f"displacement {label}", domain.length, _ADVICE_MOTION),
+            "w": (f"directors {label}", 1.0, _ADVICE_MOTION),
+            "N": (f"forces {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "lam": (f"director multipliers {label}", slenderness**2, _ADVICE_MOTION),
+            "frame": (f"floating frame {label}", 1.0, _ADVICE_MOTION),
+            "hold": (f"floating frame {label}", slenderness**2, _ADVICE_MOTION),
+        }
+        self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of its section; None without any."""

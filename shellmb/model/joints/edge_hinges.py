@@ -89,19 +89,14 @@ class Hinge:
     """A hinge along edges.
 
     Args:
-        joint: Description.
         nodes: What holds places together, as joints.
         coordinates: Its angles: one whose items are all the same, or one for each node.
+        several: Names and shares of its angles, if it has several.
     """
 
-    joint: EdgeHinge
     nodes: list[BoundJoint]
     coordinates: list[BoundCoordinate]
-
-    @property
-    def several(self) -> list[tuple[str, float]]:
-        """Names and shares of its angles, if it has several."""
-        return [] if self.joint.rigid_angle else [(c.name, c.share) for c in self.coordinates]
+    several: list[tuple[str, float]]
 
 
 def hinge_line(joint: EdgeHinge, x: Floats, size: float, who: str = "") -> Floats:
@@ -204,7 +199,8 @@ def _hinge(
             name, share = joint.name, float(k == 0)
         both = (frame, vector)
         coordinates.append(BoundCoordinate(name, "rotation", both, axes, 0.0, joint.name, share))
-    return Hinge(joint, nodes, coordinates)
+    several = [] if joint.rigid_angle else [(c.name, c.share) for c in coordinates]
+    return Hinge(nodes, coordinates, several)
 
 
 def _sides(

@@ -181,12 +181,8 @@ class Switched(Restartable):
     def at(self, t: float) -> Bools:
         """Items that act in a step that begins at `t`, shape (items,)."""
         late = t + SAME_TIME * self._t_end
-        return np.array(
-            [
-                windows is None or any(start <= late < end for start, end in windows)
-                for windows in self._windows
-            ]
-        )
+        acts = [w is None or any(start <= late < end for start, end in w) for w in self._windows]
+        return np.array(acts)
 
     def _switch(self) -> None:
         self.group.switch(np.repeat(self.acting[:, None], self.group.count, axis=1))

@@ -149,21 +149,20 @@ def local_point(body: Meshed, point: Any, who: str) -> tuple[Int32s, Floats | No
 def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
     """The node at a point; empty on ranks that do not hold it."""
     nodes = body.mixed.nodes("u")
-    distance = np.linalg.norm(nodes - point, axis=1)
+    distance, close = np.linalg.norm(nodes - point, axis=1), ON_NODE * body.domain.length
     comm = body.domain.mesh.comm
     nearest = comm.allreduce(
         min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=MPI.MIN
     )
-    if nearest[0] > ON_NODE * body.domain.length:
+    if nearest[0] > close:
         raise SceneError(
             f"{who}: {body.domain.kind} '{body.name}' has no node at {shown(point)}; "
             f"the nearest one is at {shown(nearest[1])}"
         )
-    here = np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
+    here = np.flatnonzero(distance <= close).astype(np.int32)
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
     count = comm.allreduce(int(np.sum(here < owned)))
     if count > 1:
-        close = ON_NODE * body.domain.length
         names = [n for n, x in body.domain.points.items() if np.linalg.norm(x - point) <= close]
         known = f", {' or '.join(map(repr, names))}" if names else ""
         raise SceneError(

@@ -97,10 +97,6 @@ class PotentialGroup(NodeGroup):
         """The points and their directors at a state."""
         return self.places(q)[0]
 
-    def moved(self, at: Expr, v: Expr) -> Place:
-        """Motion of points and directors by a rate or variation of the state."""
-        return change_of(self.place, at, v)
-
     def measure(self, q: Expr) -> Expr:
         """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
         raise NotImplementedError
@@ -220,7 +216,7 @@ class ContactGroup(PotentialGroup):
             return None
         at = mid if rates.middle is None else rates.middle
         place, frame, directions = self.place(at), self._frame(at), (rates.chord, dq)
-        moved = [self.moved(at, v) for v in directions]
+        moved = [change_of(self.place, at, v) for v in directions]
         carriers = [] if self.seen is None else [change_of(self._frame, at, v) for v in directions]
         r = place.x - frame.x
         n, works = self.shape.normal(r, frame.e), []

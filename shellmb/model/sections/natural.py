@@ -166,7 +166,8 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
         found = np.concatenate([np.concatenate(each) for each in comm.allgather(extremes)])
         factors = _factors(body.natural.time, t_end, f"natural strain of {said(body)}: time")
         low, high = (f(np.outer(factors, found), initial=0.0) for f in (np.min, np.max))
-        who = f"{said(body)}: its natural strain{_where(body)} reaches"
+        curved = np.any(body.natural.curvature) or callable(body.natural.curvature)
+        who = f"{said(body)}: its natural strain{' at the faces' * bool(curved)} reaches"
         if low < LEAST or high > MOST:
             wrong = low if low < LEAST else high
             raise SceneError(
@@ -182,11 +183,6 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
                     f"{who} {largest:.4g}, more than {LARGE:g}: stresses that are linear in such "
                     f"strains are unreliable; {RATIO}"
                 )
-
-
-def _where(body: object) -> str:
-    curved = np.any(body.natural.curvature) or callable(body.natural.curvature)  # type: ignore[attr-defined]
-    return " at the faces" if curved else ""
 
 
 def _principal(a: Floats | float, b: Floats | float, c: Floats | float) -> Floats:

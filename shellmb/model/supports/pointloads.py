@@ -30,31 +30,23 @@ DRILLING = 1e-6
 PointLoad = PointForce | PointMoment | FollowerForce | FollowerMoment
 
 
-def _force(force: Expr, place: Place, change: Place) -> Expr:
-    return dead_force(force, change.x)
-
-
-def _follower_force(components: Expr, place: Place, change: Place) -> Expr:
-    return follower_frame_force(components, place.e, change.x)
-
-
 def _moment(moment: Expr, place: Place, change: Place) -> Expr:
     if len(place.e) == 1:
         return director_moment(moment, place.e[0], change.e[0])
     return frame_moment(moment, place.e, change.e)
 
 
-def _follower_moment(components: Expr, place: Place, change: Place) -> Expr:
-    return follower_frame_moment(components, place.e, change.e)
-
-
 # kind of load to its virtual work, the number of vectors it needs at its place, and where it says
 # its components
 _WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int, str]] = {
-    PointForce: (_force, 0, "force"),
-    FollowerForce: (_follower_force, 3, "components"),
+    PointForce: (lambda f, place, change: dead_force(f, change.x), 0, "force"),
+    FollowerForce: (lambda f, at, change: follower_frame_force(f, at.e, change.x), 3, "components"),
     PointMoment: (_moment, 3, "moment"),
-    FollowerMoment: (_follower_moment, 3, "components"),
+    FollowerMoment: (
+        lambda m, at, change: follower_frame_moment(m, at.e, change.e),
+        3,
+        "components",
+    ),
 }
 
 

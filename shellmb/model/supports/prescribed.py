@@ -143,7 +143,7 @@ class Rows:
     part: str
     nodes: Nodes
     normals: Floats
-    value: Callable[[float], Floats] | None
+    value: Callable[[float], Floats] | None = None
     turn: PrescribedTurn | None = None
 
     @property

@@ -242,8 +242,10 @@ class OwnBody(Body, UserBody):
         if self._nonlinear:
             terms = self._measure, self._potential, self._one, self.dx, strain
             return (PotentialStrains(*terms),)
-        section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx
-        return (Strains(section, self.layout, strain, lambda d: d[0] * dx),)
+        C, dx = self._energy, self.dx
+        if not isinstance(C, Expr):
+            C = fem.Constant(self.space.mesh, np.ascontiguousarray(C, dtype=float))
+        return (Strains(Stiffness(C), self.layout, strain, lambda d: d[0] * dx),)
 
     def _potential(self, e: Expr) -> Expr:
         return self._scalar("energy", self._energy, e)
@@ -279,9 +281,7 @@ class OwnBody(Body, UserBody):
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces."""
-        if self._mass is None:
-            return None
-        return self._scalar("mass", self._mass, self.field(rate), self.field(dq)) * self.dx
+        return self.momentum_along(rate, self.field(dq))
 
     def momentum_along(self, v: Expr, motion: Expr) -> Form | None:
         """Momentum of velocities in the direction of a field."""
@@ -382,10 +382,3 @@ def _errors(state: fem.Function, law: Held, hold: Hold) -> Callable[[Floats], Fl
         return float(np.max(np.abs(read()), initial=0.0))
 
     return lambda states: np.array([error(values) for values in states])
-
-
-def _matrix(stiffness: Any, mesh: Any) -> Expr:
-    """A stiffness as a matrix of UFL."""
-    if isinstance(stiffness, Expr):
-        return stiffness
-    return fem.Constant(mesh, np.ascontiguousarray(stiffness, dtype=float))

@@ -116,11 +116,11 @@ class PlacedBody(OwnBody):
     def domain(self) -> FieldMesh:
         """Mesh with names."""
         x, comm = self.space.mesh.geometry.x, self.space.mesh.comm
-        inf = np.full((1, 3), np.inf)
-        low = comm.allreduce(np.vstack([x, inf]).min(axis=0), op=_lower)
-        high = -comm.allreduce(np.vstack([-x, inf]).min(axis=0), op=_lower)
+        # the lower ends of the box, and those of its opposite
+        ends = np.hstack([x, -x]).min(axis=0, initial=np.inf)
+        comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
         points = {name: np.asarray(p, dtype=float) for name, p in self.points.items()}
-        length = float(np.linalg.norm(high - low))
+        length = float(np.linalg.norm(ends[:3] + ends[3:]))
         topology = self.space.mesh.topology
         for dim in range(topology.dim + 1):
             topology.create_connectivity(dim, topology.dim)
@@ -169,10 +169,6 @@ class PlacedBody(OwnBody):
         work = self.momentum_along(dq, acceleration)
         assert work is not None
         return work
-
-
-def _lower(a: Floats, b: Floats) -> Floats:
-    return np.minimum(a, b)
 
 
 def build_own_bodies(scene: Scene, comm: MPI.Comm) -> tuple[list[OwnBody], dict[str, PlacedBody]]:
