@@ -5,20 +5,18 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Rows, Step
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.multipliers import Constraints
 
 TimeFunction = Callable[[float], float]
-Dofs = npt.NDArray[np.int32]
-Values = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class PrescribedTurn:
     unknown: bool
 
 
-def slope_from(motion: Callable[[float], Values], t: float, h: float) -> Values:
+def slope_from(motion: Callable[[float], Floats], t: float, h: float) -> Floats:
     """Derivative at one end of an interval beyond which a motion need not be defined, order 4.
 
     Args:
@@ -78,12 +76,12 @@ class FixedDofs:
         turn: The rotation that the values are of; None: they are of none.
     """
 
-    dofs: Dofs
-    value: Callable[[float], npt.NDArray[np.float64]]
+    dofs: Int32s
+    value: Callable[[float], Floats]
     moving: bool
     turn: PrescribedTurn | None = None
 
-    def rate(self, h: float, t: float = 0.0) -> Values:
+    def rate(self, h: float, t: float = 0.0) -> Floats:
         """Rates at a time, shape (n,).
 
         Args:
@@ -102,9 +100,9 @@ class NodeLink:
         targets: Global dofs in its mixed space.
     """
 
-    dofs: Dofs
+    dofs: Int32s
     body: str
-    targets: npt.NDArray[np.int64]
+    targets: Ints
 
 
 class Rates(NamedTuple):
@@ -169,7 +167,7 @@ class LoadFactors:
     """
 
     times: Sequence[TimeFunction | None]
-    take: Callable[[Values], None]
+    take: Callable[[Floats], None]
     virtual_work: Callable[[Expr, Expr], Form | None]
 
     def update(self, average: Callable[[TimeFunction | None], float]) -> None:
@@ -218,7 +216,7 @@ def _same[T](b: T, mid: T) -> T:
     return b
 
 
-def _same_back(b: Values, mid: Values, of: Values) -> tuple[Values, Values]:
+def _same_back(b: Floats, mid: Floats, of: Floats) -> tuple[Floats, Floats]:
     return of, np.zeros_like(of)
 
 
@@ -235,11 +233,11 @@ class Manifold:
         tangent_back: Covectors of the jump and of the state for one of that.
     """
 
-    directors: Values | None = None
+    directors: Floats | None = None
     inertialess: bool = False
     tangent: Callable[[Expr, Expr], Expr] = _same
-    tangent_values: Callable[[Values, Values], Values] = _same
-    tangent_back: Callable[[Values, Values, Values], tuple[Values, Values]] = _same_back
+    tangent_values: Callable[[Floats, Floats], Floats] = _same
+    tangent_back: Callable[[Floats, Floats, Floats], tuple[Floats, Floats]] = _same_back
 
 
 class Body:
@@ -279,9 +277,9 @@ class Body:
     slowing: fem.Constant | fem.Function | None = None
     manifold: Manifold = Manifold()
     arms: Any = None
-    follow: Callable[[Values], None] | None = None
+    follow: Callable[[Floats], None] | None = None
     vectors_at: Callable[[Expr], Mapping[str, Sequence[Expr]]] | None = None
-    sizes_at: Callable[[Values], dict[str, Any]] | None = None
+    sizes_at: Callable[[Floats], dict[str, Any]] | None = None
 
     def __init__(
         self,
@@ -337,7 +335,7 @@ class Body:
 class MassiveBody(Body):
     """A body with places, whose momenta are its inertia on rigid motions."""
 
-    def node_positions(self) -> Values:
+    def node_positions(self) -> Floats:
         """Reference positions of the local nodes (owned and ghost), shape (n, 3), m."""
         return self.mixed.nodes("u")
 
@@ -409,7 +407,7 @@ def constraint_error(body: Body, q: fem.Function) -> float:
     return float(constraint_errors(body, q.x.array[None])[0])
 
 
-def constraint_errors(body: Body, states: Values) -> Values:
+def constraint_errors(body: Body, states: Floats) -> Floats:
     """Largest violations of a body's constraints on this rank, relative, shape (k,).
 
     Args:
@@ -420,7 +418,7 @@ def constraint_errors(body: Body, states: Values) -> Values:
     return np.asarray(np.maximum.reduce(found))
 
 
-def largest(values: Values) -> Values:
+def largest(values: Floats) -> Floats:
     """Largest absolute value of each of some arrays, shape (k,) from (k, ...)."""
     # `reduce` and not `max`: Python around it takes longer than the numbers
     every = np.abs(values).reshape(len(values), -1)

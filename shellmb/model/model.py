@@ -13,6 +13,7 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.lifetime import make_room
 from shellmb.meshes.mesh import build_surface
+from shellmb.model import sanity_checks
 from shellmb.model.body import Body
 from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.model.frames.rigid import GROUND_FRAME, RigidBodies
@@ -26,13 +27,6 @@ from shellmb.model.potentials.points import ActingPoints
 from shellmb.model.potentials.volume import Filling, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
-from shellmb.model.sanity_checks import (
-    check_probes,
-    doubt_slits,
-    doubt_thickness,
-    doubt_units,
-    doubt_unjoined,
-)
 from shellmb.model.sections.natural import Distributed, doubt_natural
 from shellmb.model.shell_contact.faces import faces_contacts
 from shellmb.model.shells.joins import glue_beams, hold_glued, join_shells, line_along
@@ -115,9 +109,9 @@ class Model:
             b.name: build_beam(b, comm, self._loads_of(b), dynamic, own_lines.get(b.name))
             for b in scene.beams
         }
-        doubt_thickness(comm, self.meshed.values())
-        doubt_slits(comm, self.shells)
-        doubt_units(comm, scene, self.meshed.values())
+        sanity_checks.doubt_thickness(comm, self.meshed.values())
+        sanity_checks.doubt_slits(comm, self.shells)
+        sanity_checks.doubt_units(comm, scene, self.meshed.values())
         doubt_natural(comm, scene.t_end, self.meshed)
 
         own, self.own = build_own_bodies(scene, comm)
@@ -161,8 +155,8 @@ class Model:
         self.bodies += [body for volume in self.volumes for body in (volume, *volume.surfaces)]
 
         resolve_links(self.bodies, comm)
-        check_probes(scene, places)
-        doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
+        sanity_checks.check_probes(scene, places)
+        sanity_checks.doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
         self.faces = faces_contacts(points_of, self.shells, self.length)
 
     @property

@@ -9,11 +9,11 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
-from shellmb.model.body import Dofs, FixedDofs, LoadFactors, PartScale
+from shellmb.model.body import FixedDofs, LoadFactors, PartScale
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import Scale, numbers_of, timed_loads
@@ -88,7 +88,7 @@ class RigidBodies(FrameBody):
         for item in range(len(self.bodies)):
             yield (self.node_mesh.item == item)[:, None, None]
 
-    def local(self, body: str, part: str) -> Dofs:
+    def local(self, body: str, part: str) -> Int32s:
         """Local dofs (owned and ghost) of a part of a rigid body."""
         here = self.node_mesh.item == self.index[body]
         return self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])[here].ravel()

@@ -9,11 +9,11 @@ import numpy as np
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import set_constants
-from shellmb.model.body import Dofs, FixedDofs, PartScale
+from shellmb.model.body import FixedDofs, PartScale
 from shellmb.model.massless import NONE, NodeGroup, Places, Targets
 from shellmb.model.multipliers import Constraints
 from shellmb.native.expressions import values_at_states
@@ -214,7 +214,7 @@ class ConstraintGroup(NodeGroup):
             return f"{np.degrees(np.arcsin(min(apart, 1.0))):.3g} degrees"
         return f"{apart * self.sizes[component]:.3g}"
 
-    def gradients(self, length: float, at: Floats | None = None) -> tuple[Floats, Dofs, Floats]:
+    def gradients(self, length: float, at: Floats | None = None) -> tuple[Floats, Int32s, Floats]:
         """Derivatives of the constraints at a state, without a form.
 
         Of quadratic constraints differences are exact.

@@ -14,10 +14,10 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Int32s
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.held import Law
-from shellmb.model.body import Dofs, NodeLink
+from shellmb.model.body import NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint, apart
 from shellmb.model.locations.ends import End, end_pair
@@ -257,7 +257,7 @@ class Coordinate:
         """Name of the force along or about it in results."""
         return "torque" if self.kind == "rotation" else "force"
 
-    def local(self) -> Dofs:
+    def local(self) -> Int32s:
         """Local dof of the unknown "x", shape (0,) on ranks that do not have it."""
         here = self.group.nodes.item == self.item
         return self.group.mixed.dofs["x"][here]

@@ -191,8 +191,7 @@ def _hinge(
         held = (frame, two.end(k))
         # moments are about a common point on the frame, which matters also at its origin; without a
         # frame of the first body there is none
-        on = isinstance(one, End)
-        kind, about = ("fixed point", center) if on else ("spherical", None)
+        kind, about = ("fixed point", center) if isinstance(one, End) else ("spherical", None)
         nodes.append(BoundJoint(joint, kind, held, axes, about=about))
         name, share = f"{joint.name}.{k + 1}", float(shares[k])
         if joint.rigid_angle:
@@ -267,8 +266,8 @@ def _points(joint: EdgeHinge, one: _Edge | End, two: _Edge, axis: Floats) -> lis
     """Points of a hinge at the nodes of the second edge."""
     found = []
     size = two.shell.surface_mesh.length
-    same = isinstance(one, _Edge) and len(one.s) == len(two.s)
-    if same and isinstance(one, _Edge):
+    same = False
+    if isinstance(one, _Edge) and len(one.s) == len(two.s):
         same = float(np.abs(one.nodes.x - two.nodes.x).max()) < 2 * ON_NODE * size
     for k, x in enumerate(two.nodes.x):
         node = two.end(k)
@@ -286,19 +285,14 @@ def _points(joint: EdgeHinge, one: _Edge | End, two: _Edge, axis: Floats) -> lis
         else:
             s = one.at(x, joint, two)
             degree = one.shell.shell.degree
-            element = int(
-                np.clip(np.searchsorted(one.s[::degree], s) - 1, 0, len(one.s) // degree - 1)
-            )
+            before = int(np.searchsorted(one.s[::degree], s)) - 1
+            element = min(max(before, 0), len(one.s) // degree - 1)
             around = inner = np.arange(degree + 1) + degree * element
             values, slopes = _weights(one.s[around], s)
         name, dofs = one.shell.name, one.nodes.dofs
-        tangent, director = (
-            Sum(name, dofs["u"][around], slopes),
-            Sum(name, dofs["w"][inner], values),
-        )
-        normal = values @ one.nodes.director[inner]
-        place = Sum(name, dofs["u"][inner], values)
-        both = np.array([normal, d])
+        tangent, place = Sum(name, dofs["u"][around], slopes), Sum(name, dofs["u"][inner], values)
+        director = Sum(name, dofs["w"][inner], values)
+        both = np.array([values @ one.nodes.director[inner], d])
         found.append(Point(joint.name, x, axis, both, tangent, director, place, second))
     return found
 

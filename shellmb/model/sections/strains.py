@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import ufl
@@ -11,21 +12,12 @@ from ufl.core.expr import Expr
 from shellmb.forms.measure import Measure, at_middle, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
+from shellmb.forms.steps import stress_work
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval, MixedStrains
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, NonlinearPath, projected, tangent
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
 from shellmb.forms.steps.potentials import Stretch
-from shellmb.forms.steps.stress_work import (
-    POINTS,
-    ExactInterval,
-    GeneralStrain,
-    QuadraticStrain,
-    StrainPath,
-    general_work,
-    interval_work,
-    stress_work,
-)
 from shellmb.model.body import Elastic, SubInterval, Term
 
 
@@ -71,7 +63,7 @@ def _stress_work(
 ) -> list[Expr]:
     """Work of some stresses of strains, with what remains of their compatibility."""
     pairs = zip(stresses, strains, strict=True)
-    works = [stress_work(of, states, s, e, tests) for s, e in pairs]
+    works = [stress_work.stress_work(of, states, s, e, tests) for s, e in pairs]
     return [sum(densities) for densities in zip(*works, strict=True)]
 
 
@@ -135,7 +127,7 @@ class SectionStrains(Elastic):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
-        return self.integrate(interval_work(self.common, span, dq))
+        return self.integrate(stress_work.interval_work(self.common, span, dq))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
@@ -192,7 +184,8 @@ class GeneralStrains(SectionStrains):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
-        return self.integrate(interval_work(self.common, span, dq, ExactInterval(self.weight)))
+        acting = partial(stress_work.exact_interval, self.weight)
+        return self.integrate(stress_work.interval_work(self.common, span, dq, acting))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord.
@@ -202,12 +195,14 @@ class GeneralStrains(SectionStrains):
         along = self._over(step.states)
 
         def row(k: int, dq: Expr, exact: bool) -> Form:
-            return self.integrate(general_work(self.common, along, step.path, k, dq, exact))
+            return self.integrate(
+                stress_work.general_work(self.common, along, step.path, k, dq, exact)
+            )
 
         return two_rows(step, tests, trial, row)
 
-    def _over(self, states: Sequence[Expr]) -> GeneralStrain:
-        return GeneralStrain(self.strain, states, self.product)
+    def _over(self, states: Sequence[Expr]) -> stress_work.GeneralStrain:
+        return stress_work.GeneralStrain(self.strain, states, self.product)
 
     def _bow_of(self, step: Step) -> Expr:
         return self._over(step.path.states).bow
@@ -235,14 +230,15 @@ class HyperelasticStrains(SectionStrains):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval by a discrete gradient, eq. (21)."""
-        acting = at_middle if self.quadratic else ExactInterval(self.weight)
+        exact = partial(stress_work.exact_interval, self.weight)
+        acting = at_middle if self.quadratic else exact
         return self.integrate(self.section.virtual_work(self.strain, self.layout, span, dq, acting))
 
     def _over(self, step: Step, states: Sequence[Expr]) -> NonlinearPath:
-        def over(strain: Measure) -> StrainPath:
+        def over(strain: Measure) -> stress_work.StrainPath:
             if self.quadratic:
-                return QuadraticStrain(strain, states, step)
-            return GeneralStrain(strain, states, self.product)
+                return stress_work.QuadraticStrain(strain, states, step)
+            return stress_work.GeneralStrain(strain, states, self.product)
 
         return NonlinearPath(self.section, self.layout, self.strain, step, over)
 
@@ -392,7 +388,7 @@ class PotentialStrains(ExactEnergy):
             return None
         value, psi, (x, D) = self.strain.value, self.potential, sub.rows.states[:2]
         a, b = value(x - D / 2), value(x + D / 2)
-        m, half = (a + b) / 2, POINTS[1] * (b - a) / 2
+        m, half = (a + b) / 2, stress_work.POINTS[1] * (b - a) / 2
         mean = (gradient(psi, m - half) + gradient(psi, m + half)) / 2
         mean += span.beta / 2 * (gradient(psi, b) - gradient(psi, a))
         acting, stresses = self.strain.change(x, dq), (self._stress(a, b, span.beta), mean)
@@ -402,7 +398,7 @@ class PotentialStrains(ExactEnergy):
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
         psi, alpha = self.potential, step.path.alpha
-        along = QuadraticStrain(self.strain, step.states, step)
+        along = stress_work.QuadraticStrain(self.strain, step.states, step)
         stretch = Stretch(along.first, along.change, along.bow)
         stresses = forms.path_stresses(psi, stretch, alpha)
         first, second = projected(psi, along)

@@ -25,16 +25,9 @@ from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
 from shellmb.model.body import PartScale
 from shellmb.model.frames.frame import FloatingFrame, directors_held
+from shellmb.model.sections import section as sections
 from shellmb.model.sections.branches import slowing
 from shellmb.model.sections.natural import Distributed, LoadedBody
-from shellmb.model.sections.section import (
-    bind_mass,
-    bind_section,
-    has_own_strains,
-    integral,
-    per_cell,
-    quadrature_rules,
-)
 from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.positions import direction_1
 from shellmb.model.user_forms import components
@@ -72,7 +65,7 @@ class DiscreteShell(LoadedBody):
         self.shell = self.described = shell
         self.surface_mesh = self.domain = surface_mesh
         domain = surface_mesh.mesh
-        own = has_own_strains(shell, domain)
+        own = sections.has_own_strains(shell, domain)
         super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
         nodal = self.mixed.subspaces["u"]
         self.director = self.frames = reference_director(surface_mesh, nodal)
@@ -80,13 +73,13 @@ class DiscreteShell(LoadedBody):
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
         self.tying = maps = bind_tying(domain, shell, self.surface)
         self.layout = Layout(self.mixed.parts, maps)
-        self.rules = quadrature_rules(domain, shell.degree)
+        self.rules = sections.quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         # integral of densities, by rule
-        self.integrate: Integrate = partial(integral, (self.rules.full, *self.rules.taken))
+        self.integrate: Integrate = partial(sections.integral, (self.rules.full, *self.rules.taken))
         # the constraint of the director as numbers
         self.held = directors_held(shell_forms.director_constraint, 1)
-        self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
+        self.section = sections.bind_section(shell, domain, maps, at_rest=not dynamic)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
         if shell.holds_strains:
@@ -95,8 +88,8 @@ class DiscreteShell(LoadedBody):
         weighed = any(getattr(load, "weighs", False) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
-        self.mass_of_section = bind_mass(every, domain) if weighed else None
-        self.mass = bind_mass(shell, domain) if dynamic else None
+        self.mass_of_section = sections.bind_mass(every, domain) if weighed else None
+        self.mass = sections.bind_mass(shell, domain) if dynamic else None
         # whether the rotation of the director has inertia, or nothing has
         self._turns = self.mass is None or self.mass.I is not None
         self.inertialess = not self._turns
@@ -224,13 +217,13 @@ def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
     forces = shell_forces(domain.basix_cell(), shell.degree)
     direction = bow = None
     if forces.constants:
-        direction = per_cell(domain, cell_directions(domain), 3)
+        direction = sections.per_cell(domain, cell_directions(domain), 3)
     # without them strains that are constrained are those of bodies that bend, on regular meshes
     if forces.twists and shell.stretching:
         bows = cell_bows(domain)
         most = domain.comm.allreduce(np.abs(bows).max(initial=0.0), op=MPI.MAX)
-        bow = per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
-    size = per_cell(domain, cell_squares(domain))
+        bow = sections.per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
+    size = sections.per_cell(domain, cell_squares(domain))
     components = forces.weights, forces.polynomials, forces.constants, forces.twists
     rules = tuple(rule.strains for rule in forces.rules)
     return tying(ufl.Jacobian(domain), surf, direction, bow, size, components, rules)

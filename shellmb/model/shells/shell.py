@@ -5,13 +5,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.forms import loads as forms
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
@@ -257,7 +256,7 @@ class ShellModel(ElasticShell):
         return largest(found)
 
     @cached_property
-    def _directors_in_state(self) -> tuple[Floats, npt.NDArray[np.intp]]:
+    def _directors_in_state(self) -> tuple[Floats, Ints]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
 

@@ -9,14 +9,8 @@ import numpy as np
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
+from shellmb.forms import loads as forms
 from shellmb.forms.constraints.joints import Place
-from shellmb.forms.loads import (
-    dead_force,
-    director_moment,
-    follower_frame_force,
-    follower_frame_moment,
-    frame_moment,
-)
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import FindEnd
@@ -32,21 +26,17 @@ PointLoad = PointForce | PointMoment | FollowerForce | FollowerMoment
 
 def _moment(moment: Expr, place: Place, change: Place) -> Expr:
     if len(place.e) == 1:
-        return director_moment(moment, place.e[0], change.e[0])
-    return frame_moment(moment, place.e, change.e)
+        return forms.director_moment(moment, place.e[0], change.e[0])
+    return forms.frame_moment(moment, place.e, change.e)
 
 
 # kind of load to its virtual work, the number of vectors it needs at its place, and where it says
 # its components
 _WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int, str]] = {
-    PointForce: (lambda f, place, change: dead_force(f, change.x), 0, "force"),
-    FollowerForce: (lambda f, at, change: follower_frame_force(f, at.e, change.x), 3, "components"),
+    PointForce: (lambda f, at, d: forms.dead_force(f, d.x), 0, "force"),
+    FollowerForce: (lambda f, at, d: forms.follower_frame_force(f, at.e, d.x), 3, "components"),
     PointMoment: (_moment, 3, "moment"),
-    FollowerMoment: (
-        lambda m, at, change: follower_frame_moment(m, at.e, change.e),
-        3,
-        "components",
-    ),
+    FollowerMoment: (lambda m, at, d: forms.follower_frame_moment(m, at.e, d.e), 3, "components"),
 }
 
 

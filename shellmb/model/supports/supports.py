@@ -12,23 +12,10 @@ from shellmb.model.body import PrescribedTurn, TimeFunction
 from shellmb.model.locations.ends import frame_about
 from shellmb.model.locations.nodes import ON_NODE, Meshed, Nodes, Place, said_point, shared_nodes
 from shellmb.model.shells.shell import ShellModel
-from shellmb.model.supports.prescribed import (
-    PARALLEL,
-    Prescribed,
-    Rows,
-    plane,
-)
+from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, plane
 from shellmb.scene import Scene
+from shellmb.scene.loads import loads
 from shellmb.scene.loads import supports as scene_supports
-from shellmb.scene.loads.loads import (
-    EdgeForce,
-    EdgeMoment,
-    FollowerEdgeForce,
-    FollowerForce,
-    FollowerMoment,
-    PointForce,
-    PointMoment,
-)
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import by_kind, of_kind, said
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
@@ -41,13 +28,13 @@ NOTHING = 1e-9
 # loads at edges and points: the part that they work on, and the name of their components where
 # their direction stays; those of the others turns with what they act on
 WORKS_ON: dict[type, tuple[str, str | None]] = {
-    EdgeForce: ("u", "force"),
-    PointForce: ("u", "force"),
-    FollowerEdgeForce: ("u", None),
-    FollowerForce: ("u", None),
-    EdgeMoment: ("w", None),
-    PointMoment: ("w", None),
-    FollowerMoment: ("w", None),
+    loads.EdgeForce: ("u", "force"),
+    loads.PointForce: ("u", "force"),
+    loads.FollowerEdgeForce: ("u", None),
+    loads.FollowerForce: ("u", None),
+    loads.EdgeMoment: ("w", None),
+    loads.PointMoment: ("w", None),
+    loads.FollowerMoment: ("w", None),
 }
 
 
