@@ -124,6 +124,7 @@ class Lines:
         return found
 
 
+@dataclass(frozen=True)
 class Between:
     """Two bodies between their nodes.
 
@@ -136,21 +137,16 @@ class Between:
         reach: Distance at which they touch, m.
     """
 
-    def __init__(
-        self,
-        segments: Callable[[], Ints],
-        facets: Facets,
-        own: Facets | None,
-        apart: Bools | None,
-        reach: float,
-    ) -> None:
-        self._segments, self._facets, self._own = segments, facets, own
-        self._apart, self._reach = apart, reach
+    segments: Callable[[], Ints]
+    facets: Facets
+    own: Facets | None
+    apart: Bools | None
+    reach: float
 
     @cached_property
     def _lines(self) -> tuple[Lines, Lines | None]:
-        first = Lines(self._segments(), self._facets, self._apart)
-        return first, None if self._own is None else Lines(sides_of(self._facets), self._own, None)
+        first = Lines(self.segments(), self.facets, self.apart)
+        return first, None if self.own is None else Lines(sides_of(self.facets), self.own, None)
 
     def meeting(self, y: Floats, x: Floats, slack: float) -> Meeting | None:
         """Deepest place between the points, if there is one; intersections come first.
@@ -172,8 +168,8 @@ class Between:
         found = [m for of, a, b in pairs for m in of.through(a, b)]
         if found:
             deepest = max(found, key=depth)
-            return deepest._replace(depth=deepest.depth + self._reach)
-        return max(one.beside(y, x, self._reach), default=None, key=depth)
+            return deepest._replace(depth=deepest.depth + self.reach)
+        return max(one.beside(y, x, self.reach), default=None, key=depth)
 
 
 def sides_of(facets: Facets) -> Ints:
