@@ -147,7 +147,7 @@ class Model:
         self.bodies += point_loads(scene, comm, find)
         meshes = self.meshed, self.rigid_meshes
         points_of = ActingPoints(described, find, *meshes, modal_points(self.bodies))
-        users, self.contacts = potential_groups(points_of, comm, self.length)
+        users, self.contacts = potential_groups(points_of, scale)
         self.potentials: list[PotentialGroup] = [*users, *self.contacts]
         self.bodies += self.potentials
 
@@ -270,12 +270,7 @@ class Model:
         ends += [(e.first, e.second) for e in scene.point_elements]
         grounded = any(GROUND in pair for pair in ends)
         bodies = [*scene.rigid_bodies, *([GROUND_FRAME] if grounded else [])]
-        if not bodies:
-            return None
-        gravity = [
-            (load, frozenset(body.name for body in scene.bodies_of(load))) for load in scene.weights
-        ]
-        return RigidBodies(scale, bodies, not scene.static, gravity)
+        return RigidBodies(scene, scale, bodies) if bodies else None
 
     @property
     def _points(self) -> Floats:

@@ -205,22 +205,18 @@ class BeamModel(FrameBody, LoadedBody):
         # nodes of the parts are listed as those of u
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
+        self.order = order.astype(np.int32)
         self.rules = line_rules(line, beam.degree)
         # integral of densities at as many Gauss points as the degree
         self.integrate: Integrate = partial(integral, self.rules.taken)
         self._static = not dynamic
         self.section = bind_beam_section(beam, line, self._static)
-        X = ufl.SpatialCoordinate(line)
-        super().__init__(
-            beam.name,
+        if beam.holds_strains:
             # multipliers have no compliance by which they could be eliminated cell by cell
-            replace(mixed, elementwise=frozenset()) if beam.holds_strains else mixed,
-            frames,
-            order.astype(np.int32),
-            X,
-            self.rules.nodes,
-            self.section.force,
-        )
+            mixed = replace(mixed, elementwise=frozenset())
+        super().__init__(beam.name, mixed)
+        self.frames, self.reference = frames, ufl.SpatialCoordinate(line)
+        self.nodes, self.force = self.rules.nodes, self.section.force
         self.line: Line = beam_forms.line(ufl.Jacobian(line), frames, self.section.centre)
         mass = bind_beam_mass(beam.section, line)
         # an eccentric weight turns the beam whether or not its rotation has inertia
@@ -292,7 +288,7 @@ class BeamModel(FrameBody, LoadedBody):
 
     def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, 3, 3)."""
-        return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self._order])
+        return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self.order])
 
     def strains(self, q: Expr) -> Expr:
         """Strains (Gamma, K) of a state, shape (6,)."""

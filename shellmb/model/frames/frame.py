@@ -202,6 +202,8 @@ class FrameBody(MassiveBody):
     Args:
         name: Its name in the system.
         mixed: Space with the parts "u", "w", "lam" and perhaps more.
+
+    Attributes:
         frames: Reference directors, shape (9,).
         order: Number in the space of `frames` of each node of the part "w".
         reference: Reference position as an expression, shape (3,), m.
@@ -209,19 +211,14 @@ class FrameBody(MassiveBody):
         force: Size of the multipliers' forces: a Constant, N.
     """
 
-    def __init__(
-        self,
-        name: str,
-        mixed: MixedSpace,
-        frames: fem.Function,
-        order: Int32s,
-        reference: Expr,
-        nodes: ufl.Measure,
-        force: Expr,
-    ) -> None:
+    frames: fem.Function
+    order: Int32s
+    reference: Expr
+    nodes: ufl.Measure
+    force: Expr
+
+    def __init__(self, name: str, mixed: MixedSpace) -> None:
         super().__init__(name, mixed)
-        self.frames, self._order = frames, order
-        self.reference, self.nodes, self.force = reference, nodes, force
         self.layout = Layout(mixed.parts)
         # the constraints of the directors as numbers
         self.held = directors_held(frame.orthonormality, 3)
@@ -289,7 +286,7 @@ class FrameBody(MassiveBody):
 
     @cached_property
     def _rest(self) -> Floats:
-        return np.asarray(self.frames.x.array.reshape(-1, 9)[self._order])
+        return np.asarray(self.frames.x.array.reshape(-1, 9)[self.order])
 
     def frames_at(self, q: Floats) -> Floats:
         """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""

@@ -17,6 +17,7 @@ from shellmb.model.body import FixedDofs, LoadFactors, PartScale
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import Scale, numbers_of, timed_loads
+from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.rigid import RigidBody
@@ -34,45 +35,32 @@ class RigidBodies(FrameBody):
     """The rigid bodies, each as a frame at its centre of mass.
 
     Args:
+        scene: The scene.
         scale: Communicator and sizes.
         bodies: The bodies, the same on all ranks; ground is held.
-        dynamic: Whether they move in time, and so have inertia.
-        gravity: Loads of gravity with the names of the bodies each acts on.
     """
 
-    def __init__(
-        self,
-        scale: Scale,
-        bodies: Sequence[RigidBody],
-        dynamic: bool,
-        gravity: Sequence[tuple[Gravity, frozenset[str]]],
-    ) -> None:
-        self.bodies = list(bodies)
+    def __init__(self, scene: Scene, scale: Scale, bodies: Sequence[RigidBody]) -> None:
+        self.bodies, self._scene = list(bodies), scene
         self.node_mesh: NodeMesh = node_mesh(scale.comm, len(self.bodies))
-        mixed = node_space(self.node_mesh, {"u": 3, "w": 9, "lam": 6})
-        frames = self._constant([b.axes.T for b in bodies], "D")
-        super().__init__(
-            NAME,
-            mixed,
-            frames,
-            frames.function_space.dofmap.list[:, 0],
-            self._constant([b.center for b in bodies], "X"),
-            ufl.dx(self.node_mesh.mesh),
-            # its multipliers are moments, whatever the unit of length
-            fem.Constant(self.node_mesh.mesh, scale.couple),
-        )
+        super().__init__(NAME, node_space(self.node_mesh, {"u": 3, "w": 9, "lam": 6}))
+        self.frames = self._constant([b.axes.T for b in bodies], "D")
+        self.order = self.frames.function_space.dofmap.list[:, 0]
+        self.reference = self._constant([b.center for b in bodies], "X")
+        self.nodes = ufl.dx(self.node_mesh.mesh)
+        # its multipliers are moments, whatever the unit of length
+        self.force = fem.Constant(self.node_mesh.mesh, scale.couple)
         self.parts = (
             PartScale("u", "displacement of the rigid bodies", scale.length, _ADVICE),
             PartScale("w", "directors of the rigid bodies", 1.0, _ADVICE),
             PartScale("lam", "director multipliers of the rigid bodies", 1e-3, _ADVICE, idle=True),
         )
         self.index = {b.name: k for k, b in enumerate(self.bodies)}
-        self._gravity = list(gravity)
-        if dynamic:
+        if not scene.static:
             euler = self._constant([[b.euler_tensor[pair] for pair in PAIRS] for b in bodies], "J")
             mass = self._constant([b.mass for b in bodies], "m")
             self.masses = ((FrameMass(mass, J=tuple(euler[k] for k in range(6))), self.nodes),)
-        if dynamic and any(b.mass_damping for b in bodies):
+        if not scene.static and any(b.mass_damping for b in bodies):
             self.slowing = self._constant([b.mass_damping for b in bodies], "slowing")
         if GROUND in self.index:
             dofs = np.concatenate([self.local(GROUND, part) for part in ("u", "w", "lam")])
@@ -112,10 +100,11 @@ class RigidBodies(FrameBody):
 
     def loads(self) -> LoadFactors | None:
         """The weight of the bodies."""
-        loads = [(load.time, self._weights(load, names)) for load, names in self._gravity]
+        loads = [(load.time, self._weights(load)) for load in self._scene.weights]
         return timed_loads(self.node_mesh.mesh, loads, self._work) if loads else None
 
-    def _weights(self, load: Gravity, names: frozenset[str]) -> fem.Function:
+    def _weights(self, load: Gravity) -> fem.Function:
+        names = {body.name for body in self._scene.bodies_of(load)}
         masses = [body.mass if body.name in names else 0.0 for body in self.bodies]
         return self._constant(np.outer(masses, load.acceleration), "weight")
 

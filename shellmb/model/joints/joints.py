@@ -231,27 +231,21 @@ class PointMasses(NodeGroup, MassiveBody):
     """Masses of joints, at places of the bodies.
 
     Args:
+        scene: The scene.
         comm: Communicator.
         items: Places, all on bodies with the same number of directors, and masses there, kg.
-        gravity: Loads of gravity on them.
         directors: Number of directors that matter: some of the places are off their nodes.
-        dynamic: Whether they have inertia.
     """
 
     def __init__(
-        self,
-        comm: MPI.Comm,
-        items: Sequence[tuple[End, float]],
-        gravity: Sequence[Gravity],
-        directors: int,
-        dynamic: bool,
+        self, scene: Scene, comm: MPI.Comm, items: Sequence[tuple[End, float]], directors: int
     ) -> None:
         ends, masses = zip(*items, strict=True)
         end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", directors > 0)
         super().__init__(f"joint masses ({directors})", comm, len(ends), places=[end])
         self.kinematic = frozenset(self.mixed.parts)
         self.mass = self.per_item(masses, "m")
-        self.gravity, self._dynamic = list(gravity), dynamic
+        self.gravity, self._dynamic = everywhere(scene), not scene.static
 
     def position(self, q: Expr) -> Expr:
         """Positions of the masses, m."""
@@ -280,6 +274,11 @@ class PointMasses(NodeGroup, MassiveBody):
         return dead_force(self.mass * acceleration, self.velocity(dq)) * ufl.dx
 
 
+def everywhere(scene: Scene) -> list[Gravity]:
+    """Loads of gravity on all that has a mass."""
+    return [load for load in scene.weights if load.body is None]
+
+
 def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> list[PointMasses]:
     """Half of each joint's mass at each of its ends.
 
@@ -288,17 +287,13 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
         comm: Communicator.
         joints: The joints.
     """
-    gravity = [load for load in scene.weights if load.body is None]
-    if scene.static and not gravity:
+    if scene.static and not everywhere(scene):
         return []
     groups: dict[int, list[tuple[End, float]]] = {}
     for joint in joints:
         for end in joint.ends if joint.joint.mass > 0 else ():
             groups.setdefault(end.needed(0), []).append((end, joint.joint.mass / 2))
-    return [
-        PointMasses(comm, items, gravity, directors, not scene.static)
-        for directors, items in groups.items()
-    ]
+    return [PointMasses(scene, comm, items, directors) for directors, items in groups.items()]
 
 
 def bind(joint: Joint, end: FindEnd, shells: Mapping[str, Meshed], size: float) -> list[BoundJoint]:

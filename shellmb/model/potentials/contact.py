@@ -22,7 +22,7 @@ from shellmb.meshes.nodes import node_mesh
 from shellmb.model.body import Elastic, LoadFactors, Rates
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.massless import NodeGroup, gathered
+from shellmb.model.massless import NodeGroup, Scale, gathered
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
@@ -42,10 +42,9 @@ class PotentialGroup(NodeGroup):
 
     Args:
         item: What the scene has, with a name.
-        comm: Communicator.
+        scale: Communicator, and size of the scene.
         points: The points.
         turns: Whether the directors matter.
-        length: Size of the scene, m.
         carrier: A rigid body that the energy is fixed to: the body's place, a point (3,) and axes
             as rows (3, 3) that move with it; None: it is fixed in space.
 
@@ -61,13 +60,12 @@ class PotentialGroup(NodeGroup):
     def __init__(
         self,
         item: Any,
-        comm: MPI.Comm,
+        scale: Scale,
         points: Points,
         turns: bool,
-        length: float,
         carrier: tuple[End, Floats, Floats] | None = None,
     ) -> None:
-        self.item, self.points, self.length = item, points, length
+        self.item, self.points, self.length = item, points, scale.length
         count, self.seen = len(points.ends), None
         places = [points.bound(turns)]
         if carrier is not None:
@@ -75,7 +73,7 @@ class PotentialGroup(NodeGroup):
             carried = [replace(body, point=point)] * count
             self.seen = EndGroup(carried, np.tile(self._axes, (count, 1, 1)), "2", True)
             places.append(self.seen)
-        super().__init__(f"{item.label} '{item.name}'", comm, count, places=places)
+        super().__init__(f"{item.label} '{item.name}'", scale.comm, count, places=places)
         self.weight: Expr = self.per_item(points.weights, "weight")
         # of what is a load, the factor that the energy has now
         self.factor: fem.Constant | None = None
@@ -145,28 +143,20 @@ class ContactGroup(PotentialGroup):
 
     Args:
         contact: Description.
-        comm: Communicator.
+        scale: Communicator, and size of the scene.
         points: The points.
-        length: Size of the scene, m.
         carrier: Place on the body of the obstacle; None: fixed in space.
     """
 
     resists = True
 
-    def __init__(
-        self,
-        contact: Contact,
-        comm: MPI.Comm,
-        points: Points,
-        length: float,
-        carrier: End | None = None,
-    ) -> None:
+    def __init__(self, contact: Contact, scale: Scale, points: Points, carrier: End | None) -> None:
         self.shape = shape_of(contact.obstacle, carrier is not None, points.linear)
         turns = contact.friction * contact.radius > 0
         seen = None if carrier is None else (carrier, self.shape.point, self.shape.axes)
-        super().__init__(contact, comm, points, turns, length, seen)
+        super().__init__(contact, scale, points, turns, seen)
         self.holds = contact.preloaded
-        self.shape.bind(self.constant, length, self.always)
+        self.shape.bind(self.constant, scale.length, self.always)
         self._size, self._arm = self.shape.size, self.constant(contact.radius)
         if self.seen is None:
             axes = tuple(self.constant(axis) for axis in self.shape.axes)
@@ -303,21 +293,20 @@ class UserPotential(PotentialGroup):
 
     Args:
         item: Description.
-        comm: Communicator.
+        scale: Communicator, and size of the scene.
         points: Where it acts.
-        length: Size of the scene, m.
 
     Raises:
         SceneError: If its energy is no scalar of UFL, or does not depend on where the body is.
     """
 
-    def __init__(self, item: Potential, comm: MPI.Comm, points: Points, length: float) -> None:
-        self._turns = _uses_directors(item, len(points.ends[0].directors), comm)
-        super().__init__(item, comm, points, self._turns, length)
+    def __init__(self, item: Potential, scale: Scale, points: Points) -> None:
+        self._turns = _uses_directors(item, len(points.ends[0].directors), scale.comm)
+        super().__init__(item, scale, points, self._turns)
         if item.load:
             self.factor = self.constant(1.0)
             self.weight = self.factor * self.weight
-        self._size = self.constant(length)
+        self._size = self.constant(scale.length)
         self._X = self.per_item([end.point for end in points.ends], "X")
         self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
 
@@ -366,24 +355,23 @@ def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
 
 
 def potential_groups(
-    points_of: ActingPoints, comm: MPI.Comm, length: float
+    points_of: ActingPoints, scale: Scale
 ) -> tuple[list[UserPotential], list[ContactGroup]]:
     """All potentials and contacts of a scene; collective.
 
     Args:
         points_of: Finds where they act.
-        comm: Communicator.
-        length: Size of the scene, m.
+        scale: Communicator, and size of the scene.
 
     Raises:
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
     scene, contacts = points_of.scene, list[ContactGroup]()
-    potentials = [UserPotential(p, comm, points_of(p), length) for p in scene.potentials]
+    potentials = [UserPotential(p, scale, points_of(p)) for p in scene.potentials]
     for item in scene.contacts:
         if not item.obstacle.deforms:
             name = item.obstacle_body
             carrier = None if name is None else points_of.find(name, None, said(item))
-            contacts.append(ContactGroup(item, comm, points_of(item), length, carrier))
+            contacts.append(ContactGroup(item, scale, points_of(item), carrier))
             contacts[-1].check_start()
     return potentials, contacts

@@ -110,12 +110,7 @@ class SupportRows:
     """
 
     def __init__(
-        self,
-        support: Support,
-        body: Meshed,
-        described: Any,
-        prescribed: Prescribed,
-        dynamic: bool,
+        self, support: Support, body: Meshed, described: Any, prescribed: Prescribed, dynamic: bool
     ) -> None:
         self._support, self._body, self._described = support, body, described
         self._prescribed, self._dynamic = prescribed, dynamic
