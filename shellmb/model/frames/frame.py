@@ -252,15 +252,8 @@ class FrameBody(MassiveBody):
     @cached_property
     def constraints(self) -> tuple[Constraints, ...]:
         """Frames are orthonormal, eq. (19), and tied to what floats with the body."""
-        own = Constraints(
-            Held(self.orthonormality.value),
-            self.layout.multipliers,
-            self.force,
-            self.nodes,
-            self._frame_errors,
-            self.inertialess,
-            "lam" in self.jump_parts,
-        )
+        held = Held(self.orthonormality.value), self.layout.multipliers, self.force, self.nodes
+        own = Constraints(*held, self._frame_errors, self.inertialess, "lam" in self.jump_parts)
         return own, *(tie.held(self.inertialess) for tie in self.ties)
 
     @cached_property

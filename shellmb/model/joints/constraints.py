@@ -127,18 +127,8 @@ class ConstraintGroup(NodeGroup):
     def constraints(self) -> tuple[Constraints, ...]:
         """The group's own."""
         layout = self.layout
-        return (
-            Constraints(
-                self.law,
-                lambda q: layout.part(q, "mu"),
-                self.force,
-                self.dx,
-                self.errors,
-                self.inertialess,
-                self.moving,
-                self.on,
-            ),
-        )
+        held = self.law, lambda q: layout.part(q, "mu"), self.force, self.dx, self.errors
+        return (Constraints(*held, self.inertialess, self.moving, self.on),)
 
     def heading(self, row: int, q: Floats) -> Floats:
         """Direction of motion in the plane of an item, shape (2,), if it `heads`.

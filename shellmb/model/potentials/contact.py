@@ -165,13 +165,9 @@ class ContactGroup(PotentialGroup):
         def some(value: float | None) -> fem.Constant | None:
             return self.constant(value) if value else None
 
-        self._law = forms.Law(
-            self.constant(contact.stiffness),
-            self.constant(contact.smoothing),
-            some(contact.relative_damping),
-            some(contact.friction),
-            some(contact.slip_speed),
-        )
+        stiffness, smoothing = map(self.constant, (contact.stiffness, contact.smoothing))
+        lossy = map(some, (contact.relative_damping, contact.friction, contact.slip_speed))
+        self._law = forms.Law(stiffness, smoothing, *lossy)
 
     def _frame(self, q: Expr) -> Place:
         """Point and axes of the obstacle at a state."""

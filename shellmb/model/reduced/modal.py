@@ -164,15 +164,10 @@ class ModalTerms(Body):
     def _state(self, q: Expr) -> Expr:
         """State of the shell or beam, without resultants."""
         eta, w = amplitudes(self.layout, q), vectors(self.layout.part(q, "w1"))
-        found = [0 * eta[0]] * self._shapes[0].ufl_shape[0]
+        none, pairs = 0 * eta[0], list(zip(eta, self._shapes, strict=True))
+        found = [none] * self._shapes[0].ufl_shape[0]
         for first, at in self._rest.items():
-            moved = [
-                sum(
-                    (e * s[i] for e, s in zip(eta[1:], self._shapes[1:], strict=True)),
-                    eta[0] * self._shapes[0][i],
-                )
-                for i in range(first, first + 3)
-            ]
+            moved = [sum((e * s[i] for e, s in pairs), none) for i in range(first, first + 3)]
             A = ufl.as_vector([0 if at is None else at[0][at[1] + i] for i in range(3)])
             change = forms.carried(A, ufl.as_vector(moved), w)
             if first == self._of.mixed.parts["u"][0]:

@@ -64,15 +64,8 @@ class ShellModel(ElasticShell):
     @cached_property
     def constraints(self) -> tuple[Constraints, ...]:
         """Directors of unit length, and what floats with the body."""
-        own = Constraints(
-            Held(self.length.value),
-            self.layout.multipliers,
-            self.section.force,
-            self.rules.nodes,
-            self._length_errors,
-            self.inertialess,
-            self._turns,
-        )
+        of = self.layout.multipliers, self.section.force, self.rules.nodes, self._length_errors
+        own = Constraints(Held(self.length.value), *of, self.inertialess, self._turns)
         return own, *(tie.held(self.inertialess) for tie in self.ties)
 
     @property
