@@ -181,10 +181,8 @@ def turned(angle: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> tuple
     """
     quad = measure(angle).quad
     a_i, a_f = angle(path.start), ufl.variable(angle(path.end))
-    rate_i, rate_f = (
-        variation(angle, path.start, path.start_velocity),
-        variation(angle, path.end, path.end_velocity),
-    )
+    rate_i = variation(angle, path.start, path.start_velocity)
+    rate_f = variation(angle, path.end, path.end_velocity)
     x, D, z = path.mean, path.chord, path.bow
     bow = ufl.variable(2 * variation(angle, x + 0.4 * z, z) + quad(D, D) / 6)
     alpha = path.alpha

@@ -211,11 +211,8 @@ class NonlinearMixed:
         """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
         seen = self._seen(strain, layout)
         pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in seen]
-        return [
-            sum(
-                ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
-            )
-        ]
+        jumps = ((gradient(psi, q1) - gradient(psi, q0), q1 - q0) for psi, q0, q1 in pairs)
+        return [sum(ufl.dot(*jump) / 2 for jump in jumps)]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""

@@ -165,11 +165,8 @@ def interval_stress(
 
 def distance_stretch(g: Potential, e: Stretch) -> Stretch:
     """A distance over a step as if it were quadratic in time: by its ends and its middle, (1,)."""
-    start, middle, end = (
-        ufl.as_vector([g(x)])
-        for x in (e.start, e.start + e.chord / 2 - 3 * e.bow / 4, e.start + e.chord)
-    )
-    return through(start, middle, end)
+    places = e.start, e.start + e.chord / 2 - 3 * e.bow / 4, e.start + e.chord
+    return through(*(ufl.as_vector([g(x)]) for x in places))
 
 
 def through(start: Expr, middle: Expr, end: Expr) -> Stretch:

@@ -390,12 +390,7 @@ class Stops(ElementGroup):
         return held + self._damping_force(x, rate) if self._damped else held
 
 
-_KINDS: dict[str, type[ElementGroup]] = {
-    "spring": Springs,
-    "damper": Dampers,
-    "motor": Motors,
-    "stop": Stops,
-}
+_KINDS = {"spring": Springs, "damper": Dampers, "motor": Motors, "stop": Stops}
 
 
 def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:

@@ -242,10 +242,8 @@ class Mechanism:
         ]
         for element in scene.point_elements:
             who = f"{element.label} '{element.name}'"
-            ends = (
-                find(element.first, element.at, who),
-                find(element.second, element.second_at, who),
-            )
+            first = find(element.first, element.at, who)
+            ends = first, find(element.second, element.second_at, who)
             found.append(distance_coordinate(element.name, ends, self._scale.length, who))
         return found
 
@@ -341,11 +339,8 @@ class Mechanism:
 
     def _locks(self, signals: Signals) -> list[Locks]:
         """Groups of locks, of rotations and of translations."""
-        items = [
-            (lock, kind)
-            for lock in self._scene.acting_locks
-            for kind in self._scene.coordinates_of(lock)
-        ]
+        scene = self._scene
+        items = [(lock, k) for lock in scene.acting_locks for k in scene.coordinates_of(lock)]
         found = []
         for kind in dict.fromkeys(kind for _, kind in items):
             each = [
@@ -359,7 +354,7 @@ class Mechanism:
             group = HeldCoordinates(self._scale, kind, labels, coordinates)
             # an event's windows are known as the run goes on
             windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
-            found.append(Locks(group, windows, self._scene.t_end))
+            found.append(Locks(group, windows, scene.t_end))
         return found
 
 

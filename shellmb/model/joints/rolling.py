@@ -90,10 +90,8 @@ class ContactGroup(JointGroup):
     def __init__(self, scale: Scale, contacts: Sequence[BoundJoint], switched: bool) -> None:
         super().__init__(scale, contacts, switched)
         parts = self.equations.parts
-        self._start = {
-            p: self.per_item([contact.start[p] for contact in contacts], f"start_{p}")
-            for p in parts
-        }
+        starts = {p: [contact.start[p] for contact in contacts] for p in parts}
+        self._start = {p: self.per_item(values, f"start_{p}") for p, values in starts.items()}
         # of increments: contact coordinates of the reference configuration
         self._reference = fem.Function(self.mixed.space)
         sizes = {p: scale.length if p == "y" else 1.0 for p in parts}

@@ -374,13 +374,8 @@ def _held(body: Body, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Cons
     """List what the pressure holds; that it holds, Newton's method sees."""
     places = [body.mixed.parts[part] for part in ("mu", *MOMENT_FREE) if part in body.mixed.parts]
     numbers = [first + k for first, size in places for k in range(size)]
-    return Constraints(
-        law,
-        lambda q: ufl.as_vector([q[k] for k in numbers]),
-        pressure,
-        dx,
-        lambda states: np.zeros(len(states)),
-    )
+    held = law, lambda q: ufl.as_vector([q[k] for k in numbers]), pressure, dx
+    return Constraints(*held, lambda states: np.zeros(len(states)))
 
 
 def _scales(who: str, held: Iterable[str]) -> tuple[PartScale, ...]:

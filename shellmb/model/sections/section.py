@@ -256,11 +256,8 @@ def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
     section = shell.section
     if not isinstance(section, LinearSection) or shell.holds_strains:
         return True
-    return (
-        _damps_unlike(shell, section)
-        or section.relaxes
-        or domain.topology.cell_name() == "triangle"
-    )
+    triangles = domain.topology.cell_name() == "triangle"
+    return triangles or section.relaxes or _damps_unlike(shell, section)
 
 
 def _damps_unlike(shell: Shell, section: LinearSection) -> bool:

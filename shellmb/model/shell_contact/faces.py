@@ -265,10 +265,8 @@ class FacesContact:
 
     def through(self, found: Candidates, a: Any, b: Any) -> int | None:
         """A point that crosses the shell on a straight path between two states, if any."""
-        y, v = zip(
-            *((y[found.point], self.facets.places(x, found.triangle)) for y, x in (a, b)),
-            strict=True,
-        )
+        places = [(y[found.point], self.facets.places(x, found.triangle)) for y, x in (a, b)]
+        y, v = zip(*places, strict=True)
         pairs, share = crossings(y, v)
         at = [part[pairs] for part in (*y, *v)]
         on = at[0] + share[:, None] * (at[1] - at[0])

@@ -282,11 +282,8 @@ def crossings(y: tuple[Floats, Floats], v: tuple[Floats, Floats]) -> tuple[Ints,
 
 def _bernstein(y: tuple[Floats, Floats], v: tuple[Floats, Floats]) -> Floats:
     """Coefficients of six times the volume over the way, shape (4, n)."""
-    one, two, away = (
-        [x[:, 1] - x[:, 0] for x in v],
-        [x[:, 2] - x[:, 0] for x in v],
-        [point - x[:, 0] for point, x in zip(y, v, strict=True)],
-    )
+    one, two = ([x[:, k] - x[:, 0] for x in v] for k in (1, 2))
+    away = [point - x[:, 0] for point, x in zip(y, v, strict=True)]
     found = np.zeros((4, len(y[0])))
     for i, j in itertools.product(range(2), repeat=2):
         normal = np.cross(one[i], two[j])

@@ -206,11 +206,8 @@ class ElasticShell(DiscreteShell):
         def constant(time: float, acts: bool = True) -> Expr | None:
             return fem.Constant(self.mixed.space.mesh, time) if time and acts else None
 
-        times = (
-            constant(membrane, self.shell.stretching),
-            constant(bend),
-            constant(shear, self.shell.transverse_shear),
-        )
+        stretches, shears = self.shell.stretching, self.shell.transverse_shear
+        times = constant(membrane, stretches), constant(bend), constant(shear, shears)
         if not any(time is not None for time in times):
             return []
         return [Strains(ViscousShell(section, *times), self.layout, self.strain, self.integrate)]

@@ -153,13 +153,9 @@ class OwnBody(Body, UserBody):
             shaped = basix.ufl.blocked_element(hold.element, (count,)) if count > 1 else None
             elements[f"mu{k}"] = shaped or hold.element
         mixed = mixed_space(space.mesh, elements, frozenset())
-        scales = [PartScale("u", f"'{name}'", size, ADVICE)]
-        scales += [
-            PartScale(p, f"multiplier of '{name}'", SMALL_FORCE, ADVICE)
-            for p in elements
-            if p != "u"
-        ]
-        super().__init__(name, mixed, tuple(scales), ())
+        multiplier = f"multiplier of '{name}'", SMALL_FORCE
+        scales = {"u": (f"'{name}'", size)} | dict.fromkeys(list(elements)[1:], multiplier)
+        super().__init__(name, mixed, tuple(PartScale(p, *scales[p], ADVICE) for p in scales))
         self.kinematic, self.jump_parts = frozenset({"u"}), frozenset(elements)
         self.layout, self.dx = Layout(mixed.parts), dx(space.mesh)
         self.space = mixed.subspaces["u"]
