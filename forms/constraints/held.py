@@ -119,7 +119,6 @@ class Law(Protocol):
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """Row of a sub-interval, or of a single state."""
-        ...
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """Row P0 (`k` is 0) or P1 of a step that is quadratic in time.
@@ -130,18 +129,15 @@ class Law(Protocol):
             dq: Direction.
             inertialess: Whether what is fixed has no inertia.
         """
-        ...
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """Row of the velocities `v`, which hold impulses, at the state `mid`."""
-        ...
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow | None:
         """Row of the velocities at the end of a step that begins with a jump; None: as of others.
 
         Then they hold the jump itself, as `velocity` says.
         """
-        ...
 
 
 class Held(NamedTuple):

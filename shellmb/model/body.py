@@ -148,12 +148,10 @@ class SubInterval(Protocol):
     @property
     def span(self) -> Interval:
         """States of the step as expressions."""
-        ...
 
     @property
     def rows(self) -> Rows | None:
         """States as functions that follow the unknown ones; None where there are no such."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -180,15 +178,12 @@ class Elastic(Protocol):
 
     def energy(self, q: Expr) -> Form:
         """Energy of a state, J."""
-        ...
 
     def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of eq. (34) for the jump from `a` to `b`, J."""
-        ...
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work over a sub-interval, or at a single state."""
-        ...
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
         """Virtual work over a sub-interval by kernels that know no scheme; None: `interval`."""
@@ -209,7 +204,6 @@ class Elastic(Protocol):
             step: The step.
             held: State that holds the bow of the resultants, `N_i + N_f - 2 <N>`.
         """
-        ...
 
 
 def _same[T](b: T, mid: T) -> T:

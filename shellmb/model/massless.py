@@ -119,15 +119,12 @@ class Places(Protocol):
     @property
     def targets(self) -> Mapping[str, Targets]:
         """Parts of the group's space with what they are of the bodies."""
-        ...
 
     def bind(self, nodes: NodeMesh) -> None:
         """Take the group's node mesh, with one node for each place."""
-        ...
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The places and their vectors at a state of the group."""
-        ...
 
 
 class NodeGroup(Body):

@@ -1,7 +1,5 @@
 """Relative coordinates of joints and pairs of points as unknowns, with the equations they obey."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -132,7 +130,7 @@ class CoordinateGroup(ConstraintGroup):
         targets = self.numbers("x")[of[local[again]], 0]
         return [NodeLink(self.mixed.dofs["x"][again], self.name, targets)]
 
-    def coordinate(self, k: int) -> Coordinate:
+    def coordinate(self, k: int) -> "Coordinate":
         """One of them."""
         item, size, target = self.coordinates[k], float(self.sizes[0]), int(self.targets[k])
         start = item.start if self.kind == "distance" else 0.0

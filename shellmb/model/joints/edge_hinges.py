@@ -1,7 +1,5 @@
 """Hinges along edges bound to their meshes: where their points are, and what holds them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -56,7 +54,7 @@ class _Edge:
                 "in that plane, as where no other shell is joined smoothly at an angle"
             )
 
-    def at(self, x: Floats, joint: EdgeHinge, other: _Edge) -> float:
+    def at(self, x: Floats, joint: EdgeHinge, other: "_Edge") -> float:
         """Position along the edge of a node of another edge, m.
 
         Raises:

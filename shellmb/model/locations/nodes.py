@@ -1,7 +1,5 @@
 """Places on bodies by edge, area, name or coordinates, the same on every rank."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -39,21 +37,17 @@ class Meshed(Protocol):
     @property
     def force_size(self) -> float:
         """Size of its resultants, N."""
-        ...
 
     @property
     def jump_parts(self) -> frozenset[str]:
         """Parts that have equations for the jump of velocities."""
-        ...
 
     @property
     def domain(self) -> Any:
         """Mesh of the body with names: a `SurfaceMesh`, `LineMesh` or `FieldMesh`."""
-        ...
 
     def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, m, 3)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -75,7 +69,7 @@ class Nodes:
         """Reference director of a shell, shape (n, 3); of none without directors."""
         return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
-    def take(self, which: Ints) -> Nodes:
+    def take(self, which: Ints) -> "Nodes":
         """Some of the nodes, by their numbers."""
         dofs = {part: rows[which] for part, rows in self.dofs.items()}
         return Nodes(self.x[which], dofs, self.directors[which])

@@ -7,8 +7,6 @@ full row and column instead of a full block. Schemes that keep the angular momen
 the rotation of the shells in a step, and the couple that keeps their forces free of a moment.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
@@ -235,7 +233,7 @@ class Filling(NodeGroup):
     """
 
     resists = False
-    surfaces: Sequence[Enclosing] = ()
+    surfaces: Sequence["Enclosing"] = ()
 
     def __init__(
         self,

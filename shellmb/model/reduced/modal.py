@@ -17,8 +17,6 @@ amplitudes tell: displacements, strains and normals, their rates and variations 
 modes. The unknowns of a cell are the same for all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -68,7 +66,7 @@ class ModalPoints(Points):
 
     linear = False
 
-    def bound(self, turns: bool) -> ModalPlaces:
+    def bound(self, turns: bool) -> "ModalPlaces":
         """The points at nodes of a group."""
         return ModalPlaces(self, turns)
 

@@ -78,6 +78,9 @@ class LoadedBody(MassiveBody):
         section: Its section, bound to the mesh.
         rules: Rules of its integrals.
         integrate: Integral of densities, one for each rule.
+        natural_stress: Gives the first four of what `NaturalStress` has, of a natural strain.
+        load_work: Gives the virtual work of a load for a factor of one.
+        point: Gives what terms of the user depend on; arguments as of `applied`.
         rigid_axes: Axes of a rigid body in its place, in columns: those of the scene.
     """
 
@@ -87,19 +90,10 @@ class LoadedBody(MassiveBody):
     section: Any
     rules: Any
     integrate: Callable[[Sequence[Expr]], Form]
+    natural_stress: Callable[[Any], tuple[Expr, tuple[Expr, ...], Expr, Measure]]
+    load_work: Callable[[Any, Expr, Expr], Form]
+    point: Callable[..., Any]
     _loads: Sequence[Distributed]
-
-    def natural_stress(self, given: Any) -> tuple[Expr, tuple[Expr, ...], Expr, Measure]:
-        """The first four of what `NaturalStress` has, of a natural strain."""
-        raise NotImplementedError
-
-    def load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
-        """Virtual work of a load for a factor of one."""
-        raise NotImplementedError
-
-    def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Any:
-        """Fields that terms of the user depend on; arguments as of `applied`."""
-        raise NotImplementedError
 
     @property
     def force_size(self) -> float:

@@ -1,7 +1,5 @@
 """Contact of points of one body with both faces of a shell, or of a shell with itself."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -36,7 +34,7 @@ class Law(NamedTuple):
     stiffness: Floats
     item: Contact
 
-    def only(self, which: Ints) -> Law:
+    def only(self, which: Ints) -> "Law":
         """Law of some of the points."""
         return self._replace(stiffness=self.stiffness[which])
 
