@@ -171,7 +171,7 @@ def assumed(strain: Measure, layout: Layout) -> Measure:
     """Strains with (eps, gam) replaced by the cells' own ones, shape (8,)."""
 
     def join(S: Expr, e: Expr) -> Expr:
-        kap, own = named(e).kap, layout.cells.strain(S)
+        kap, own = named(e).kap, layout.tying.strain(S)
         return ufl.as_vector([own[0], own[1], own[2], kap[0], kap[1], kap[2], own[3], own[4]])
 
     return strain.beside(lambda q: layout.forces(q, "S"), join)

@@ -72,7 +72,7 @@ class Tie(NamedTuple):
 
 def ties(strain: Measure, layout: Layout) -> list[Tie]:
     """Ties by rule, of strains of the displacements."""
-    tying = layout.cells
+    tying = layout.tying
 
     def act(N: Expr) -> Expr:
         return ufl.as_vector([*tying.whole(N), *tying.force(N)])
@@ -191,7 +191,7 @@ class NonlinearMixed:
         self, strain: Measure, layout: Layout, span: Interval, dq: Expr, acting: Acting = at_middle
     ) -> Densities:
         """Virtual work, stress equation (test `S`) and compatibility (test `N`)."""
-        work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.cells
+        work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.tying
         shared, stress = self._averages(strain, layout, span)
         N, dN = (self.forces(layout, q) for q in (span.unknown, dq))
         dS = tying.strain(layout.forces(dq, "S"))

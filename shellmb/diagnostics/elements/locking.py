@@ -144,7 +144,7 @@ def _strains(body: ShellModel, q: Expr) -> list[Expr]:
     if isinstance(form, LinearMixed):
         eps, gam = form.stretch(n, e), form.G_inv * Q
     else:
-        eps, gam = split(body.layout.cells.strain(body.layout.forces(q, "S")))
+        eps, gam = split(body.layout.tying.strain(body.layout.forces(q, "S")))
     if not body.shell.stretching:
         assert isinstance(form, LinearOwn)
         eps = ufl.inv(12 / body.thickness**2 * form.D) * n

@@ -253,16 +253,16 @@ class GivenValues:
 
     Args:
         items: Descriptions with their functions.
+
+    Attributes:
+        parts: Sizes of the parts of the group's space.
     """
 
     def __init__(self, items: Sequence[Prescribed]) -> None:
         self._items = items
         self._start: fem.Function | None = None
-
-    @property
-    def parts(self) -> dict[str, int]:
-        """Sizes of the parts of the group's space."""
-        return {"s": len(self._items[0].given)} if self._items and self._items[0].given else {}
+        count = len(items[0].given) if items else 0
+        self.parts = {"s": count} if count else {}
 
     def _at(self, t: float) -> Floats:
         said = [(item, f"{item.said}: value over time") for item in self._items]

@@ -195,7 +195,7 @@ class ShellModel(ElasticShell):
 
     def forces(self, q: Expr) -> Expr:
         """Membrane and shear forces of the elements, shape (5,), N/m."""
-        return self.layout.cells.force(self.section.formulation.N0 * self.layout.forces(q))
+        return self.layout.tying.force(self.section.formulation.N0 * self.layout.forces(q))
 
     def strained(self, q: Expr) -> tuple[Expr, ...]:
         """Strains and their energy per area where these do not follow from resultants."""
