@@ -62,6 +62,7 @@ class Model:
         bodies: All bodies of the system.
         shells: The shells by name.
         beams: The beams by name.
+        meshed: Both.
         own: Bodies of the user's own with places, by name.
         rigid: The rigid bodies, and ground; None without any.
         mechanism: Joints, and what drives and resists them.
@@ -109,6 +110,7 @@ class Model:
             b.name: build_beam(b, comm, self._loads_of(b), dynamic, own_lines.get(b.name))
             for b in scene.beams
         }
+        self.meshed: dict[str, ShellModel | BeamModel] = {**self.shells, **self.beams}
         sanity_checks.doubt_thickness(comm, self.meshed.values())
         sanity_checks.doubt_slits(comm, self.shells)
         sanity_checks.doubt_units(comm, scene, self.meshed.values())
@@ -158,11 +160,6 @@ class Model:
         sanity_checks.check_probes(scene, places)
         sanity_checks.doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
         self.faces = faces_contacts(points_of, self.shells, self.length)
-
-    @property
-    def meshed(self) -> dict[str, ShellModel | BeamModel]:
-        """Shells and beams by name."""
-        return {**self.shells, **self.beams}
 
     @property
     def stores(self) -> list[PotentialGroup | Filling]:

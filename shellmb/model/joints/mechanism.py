@@ -15,6 +15,7 @@ from shellmb.model.elements import (
     coordinate_of,
     element_groups,
 )
+from shellmb.model.joints import switches
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
     COLUMN,
@@ -28,14 +29,6 @@ from shellmb.model.joints.coordinates import (
 from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import BoundJoint, JointGroup, bind, joint_groups, point_masses
 from shellmb.model.joints.rolling import ContactGroup, bind_contact
-from shellmb.model.joints.switches import (
-    HeldCoordinates,
-    Locks,
-    Switched,
-    Switches,
-    TiedCoordinates,
-    Windows,
-)
 from shellmb.model.locations.nodes import FindEnd
 from shellmb.model.massless import Scale, gathered
 from shellmb.model.shells.shell import ShellModel
@@ -118,9 +111,9 @@ class Mechanism:
         check_at_rest(scene, self.element_groups)
         self.drivers: dict[str, Coordinate] = {}
         self._drive(signals)
-        switches, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
+        windowed, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
         self.lock_groups = [lock.group for lock in locks]
-        self.switches = Switches([*switches, *locks])
+        self.switches = switches.Switches([*windowed, *locks])
         masses = point_masses(scene, scale.comm, list(self.joints.values()))
         self.bodies: list[Body] = [*self.groups, *self.edges, *masses, *self.coordinate_groups]
         self.bodies += [*self.screws, *self.couplings, *self.element_groups, *self.lock_groups]
@@ -259,7 +252,7 @@ class Mechanism:
             found.append(bind_element(part, self.table[name, kind], self._scene.static))
         return found
 
-    def _screws(self) -> list[TiedCoordinates]:
+    def _screws(self) -> list[switches.TiedCoordinates]:
         """Translation in proportion to rotation, for all screws."""
         joints: tuple[Any, ...] = self._scene.joints
         screws, scale = [joint for joint in joints if joint.tied], self._scale
@@ -270,9 +263,9 @@ class Mechanism:
         factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
         switched = any(joint.active is not None for joint in screws)
         tied = labels, pairs, factors, screws, scale.length, switched
-        return [TiedCoordinates(scale, "screw pitches", *tied)]
+        return [switches.TiedCoordinates(scale, "screw pitches", *tied)]
 
-    def _couplings(self) -> list[TiedCoordinates]:
+    def _couplings(self) -> list[switches.TiedCoordinates]:
         """Sums of coordinates that are given; those of as many coordinates are a group."""
         scene, groups = self._scene, dict[tuple[int, int], list[Relation]]()
         for coupling in scene.couplings:
@@ -293,7 +286,7 @@ class Mechanism:
             title = f"couplings of {count} coordinates" + ", over time" * bool(given)
             labels = [coupling.name for coupling in group]
             tied = labels, members, factors, group, 1.0, False
-            found.append(TiedCoordinates(self._scale, title, *tied))
+            found.append(switches.TiedCoordinates(self._scale, title, *tied))
         return found
 
     def _begins_as_zero(self, start: float, who: str, size: float = 1.0) -> None:
@@ -327,17 +320,17 @@ class Mechanism:
                 fixed = FixedDofs(dofs, _motion(motion, len(dofs)), True, turn)
                 coordinate.group.fixed.append(fixed)
 
-    def _windows(self, groups: Sequence[ConstraintGroup]) -> list[Switched]:
+    def _windows(self, groups: Sequence[ConstraintGroup]) -> list[switches.Switched]:
         """Joints that act in windows of time."""
         windows = {joint.name: joint.active for joint in self._scene.joints}
         found = []
         for group in groups:
-            mine: list[Windows | None] = [windows[n.removesuffix(SCREW)] for n in group.labels]
+            mine: list[Any] = [windows[name.removesuffix(SCREW)] for name in group.labels]
             if any(w is not None for w in mine):
-                found.append(Switched(group, mine, self._scene.t_end))
+                found.append(switches.Switched(group, mine, self._scene.t_end))
         return found
 
-    def _locks(self, signals: Signals) -> list[Locks]:
+    def _locks(self, signals: Signals) -> list[switches.Locks]:
         """Groups of locks, of rotations and of translations."""
         scene = self._scene
         items = [(lock, k) for lock in scene.acting_locks for k in scene.coordinates_of(lock)]
@@ -351,10 +344,10 @@ class Mechanism:
             ]
             locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
             labels = [f"{c.name}.{kind} lock" for c in coordinates]
-            group = HeldCoordinates(self._scale, kind, labels, coordinates)
+            group = switches.HeldCoordinates(self._scale, kind, labels, coordinates)
             # an event's windows are known as the run goes on
             windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
-            found.append(Locks(group, windows, scene.t_end))
+            found.append(switches.Locks(group, windows, scene.t_end))
         return found
 
 

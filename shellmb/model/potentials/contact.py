@@ -49,6 +49,7 @@ class PotentialGroup(NodeGroup):
             as rows (3, 3) that move with it; None: it is fixed in space.
 
     Attributes:
+        owner: Name of the body that it acts on.
         seen: That point with the axes at each node; None: there is none.
         resists: Whether it has friction or damping, which the account books as its loss.
         holds: Whether it may hold a body alone: contacts open, and so do not.
@@ -66,7 +67,7 @@ class PotentialGroup(NodeGroup):
         carrier: tuple[End, Floats, Floats] | None = None,
     ) -> None:
         self.item, self.points, self.length = item, points, scale.length
-        count, self.seen = len(points.ends), None
+        count, self.owner, self.seen = len(points.ends), points.ends[0].owner, None
         places = [points.bound(turns)]
         if carrier is not None:
             body, point, self._axes = carrier
@@ -80,11 +81,6 @@ class PotentialGroup(NodeGroup):
         # not zero where the pattern of matrices is looked for: what acts at times only must not be
         # missing there
         self.always = self.constant(0.0)
-
-    @property
-    def owner(self) -> str:
-        """Name of the body that it acts on."""
-        return self.points.ends[0].owner
 
     @property
     def owners(self) -> set[str]:

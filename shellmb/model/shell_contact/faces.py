@@ -106,6 +106,8 @@ class FacesContact:
         x_dofs: Global dofs of their displacements in the shell's space, shape (m, 3).
         law: Law of all points.
         between: What watches the bodies between their nodes.
+        width: Distances that are blended, m.
+        alone: Whether a shell touches itself.
     """
 
     def __init__(
@@ -137,6 +139,9 @@ class FacesContact:
         nodes = shared_nodes(shell, None, said(item))
         self.x, self.x_dofs = nodes.x, nodes.dofs["u"]
         self.law = Law(reach, item.stiffness * points.weights[has], item)
+        # and the distance from the nearest of all facets at which none of them is felt
+        self.width, self.alone = BLEND * reach, self.body == self.shell
+        self._far = reach + FELT * self.width
         self.facets = facets_of(shell, self.x_dofs[:, 0])
         own = None
         if item.at is None and body is not None and not self.alone:
@@ -152,21 +157,6 @@ class FacesContact:
                 f"{said(item)}: smoothing is {item.smoothing:g}; it must be less than half of the "
                 f"distance of mid-surfaces that touch, which is {reach:g}"
             )
-
-    @property
-    def width(self) -> float:
-        """Distances that are blended, m."""
-        return BLEND * self.law.reach
-
-    @property
-    def _far(self) -> float:
-        """Distance from the nearest of all facets at which none of them is felt, m."""
-        return self.law.reach + FELT * self.width
-
-    @property
-    def alone(self) -> bool:
-        """Decide whether a shell touches itself."""
-        return self.body == self.shell
 
     def _far_along(self) -> Bools | None:
         """Cells far enough along the shell to touch points of it, (n, cells); None: all."""

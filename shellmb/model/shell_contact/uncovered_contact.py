@@ -146,7 +146,10 @@ class Between:
     @cached_property
     def _lines(self) -> tuple[Lines, Lines | None]:
         first = Lines(self.segments(), self.facets, self.apart)
-        return first, None if self.own is None else Lines(sides_of(self.facets), self.own, None)
+        if self.own is None:
+            return first, None
+        sides = np.unique(np.sort(_every_side(self.facets), axis=1), axis=0)
+        return first, Lines(sides, self.own, None)
 
     def meeting(self, y: Floats, x: Floats, slack: float) -> Meeting | None:
         """Deepest place between the points, if there is one; intersections come first.
@@ -170,11 +173,6 @@ class Between:
             deepest = max(found, key=depth)
             return deepest._replace(depth=deepest.depth + self.reach)
         return max(one.beside(y, x, self.reach), default=None, key=depth)
-
-
-def sides_of(facets: Facets) -> Ints:
-    """Sides of the cells of facets, each of them once, shape (m, 2)."""
-    return np.unique(np.sort(_every_side(facets), axis=1), axis=0)
 
 
 def _every_side(facets: Facets) -> Ints:
