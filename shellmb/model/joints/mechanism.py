@@ -15,17 +15,9 @@ from shellmb.model.elements import (
     coordinate_of,
     element_groups,
 )
+from shellmb.model.joints import coordinates as relative
 from shellmb.model.joints import switches
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.coordinates import (
-    COLUMN,
-    BoundCoordinate,
-    Coordinate,
-    Key,
-    coordinate_groups,
-    distance_coordinate,
-    joint_coordinate,
-)
 from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import BoundJoint, JointGroup, bind, joint_groups, point_masses
 from shellmb.model.joints.rolling import ContactGroup, bind_contact
@@ -103,13 +95,13 @@ class Mechanism:
         self.groups += self.contacts
         needed = self._coordinates(find)
         needed += [c for hinge in hinges.values() for c in hinge.coordinates]
-        self.coordinate_groups, self.table = coordinate_groups(scale, needed)
+        self.coordinate_groups, self.table = relative.coordinate_groups(scale, needed)
         self.screws, self.couplings = self._screws(), self._couplings()
         self.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
         elements = [bound for e in scene.force_elements for bound in self._bound(e)]
         self.element_groups = element_groups(scale.comm, elements)
         check_at_rest(scene, self.element_groups)
-        self.drivers: dict[str, Coordinate] = {}
+        self.drivers: dict[str, relative.Coordinate] = {}
         self._drive(signals)
         windowed, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
         self.lock_groups = [lock.group for lock in locks]
@@ -150,15 +142,15 @@ class Mechanism:
         """
         values, _ = self.read(problem)
         found = {
-            f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
+            f"{name}.{relative.COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
         return found | self.efforts(problem) | self.tracks(problem)
 
-    def read(self, problem: Any) -> tuple[dict[Key, float], dict[Key, float]]:
+    def read(self, problem: Any) -> tuple[dict[relative.Key, float], dict[relative.Key, float]]:
         """Changes of all coordinates and their rates; collective."""
-        values: dict[Key, float] = {}
-        rates: dict[Key, float] = {}
+        values: dict[relative.Key, float] = {}
+        rates: dict[relative.Key, float] = {}
         for group in self.coordinate_groups:
             q = problem.state(group.name).x.array
             v = problem.levels[group.name].rates.get("v")
@@ -206,7 +198,7 @@ class Mechanism:
         each = (group.columns(levels[group.name]) for group in self.contacts)
         return {name: value for found in each for name, value in found.items()}
 
-    def _coordinates(self, find: FindEnd) -> list[BoundCoordinate]:
+    def _coordinates(self, find: FindEnd) -> list[relative.BoundCoordinate]:
         """The coordinates that something acts on, or that sensors read; others do not exist.
 
         Raises:
@@ -214,7 +206,7 @@ class Mechanism:
         """
         scene = self._scene
         read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
-        keys: dict[Key, None] = {key: None for key in read if key is not None}
+        keys: dict[relative.Key, None] = {key: None for key in read if key is not None}
         items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.joint_elements]
         items += [coupled for coupling in scene.couplings for coupled in coupling.terms]
         for item in items:
@@ -228,7 +220,7 @@ class Mechanism:
             keys |= dict.fromkeys((item.joint, kind) for kind in scene.coordinates_of(item))
         keys |= dict.fromkeys((joint.name, kind) for joint in scene.joints for kind in joint.tied)
         found = [
-            joint_coordinate(self.joints[name], kind)
+            relative.joint_coordinate(self.joints[name], kind)
             for name, kind in keys
             # that of a hinge of edges is there anyway
             if not self.joints[name].joint.along_edges
@@ -237,7 +229,7 @@ class Mechanism:
             who = f"{element.label} '{element.name}'"
             first = find(element.first, element.at, who)
             ends = first, find(element.second, element.second_at, who)
-            found.append(distance_coordinate(element.name, ends, self._scale.length, who))
+            found.append(relative.distance_coordinate(element.name, ends, self._scale.length, who))
         return found
 
     def _bound(self, element: Any) -> list[BoundElement]:

@@ -40,14 +40,8 @@ from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import values_at
 from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
+from shellmb.model.reduced import floating_body
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
-from shellmb.model.reduced.floating_body import (
-    FrameLoads,
-    InertiaPoints,
-    Interfaces,
-    LoadPoints,
-    Modes,
-)
 
 
 @dataclass(frozen=True)
@@ -60,7 +54,7 @@ class ModalPoints(Points):
         w: Changes of the directors by the modes, shape (n, m, 3, K), 1/m.
     """
 
-    body: Modes
+    body: floating_body.Modes
     u: Floats
     w: Floats
 
@@ -130,7 +124,7 @@ class ModalTerms(Body):
         center: Where its frame is at rest, shape (3,), m.
     """
 
-    def __init__(self, body: Modes, member: Member) -> None:
+    def __init__(self, body: floating_body.Modes, member: Member) -> None:
         self._of, frame = member.body, body.frame
         self.of, self.center = body.data.name, frame.node
         space = self._of.mixed.space
@@ -197,24 +191,24 @@ def modal_bodies(
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Modes(scale.comm, kept, ends[kept.name])
+        body = floating_body.Modes(scale.comm, kept, ends[kept.name])
         found.append(body)
         if dynamic:
-            found.append(InertiaPoints(body, scale))
+            found.append(floating_body.InertiaPoints(body, scale))
         if kept.points_loaded:
-            found.append(LoadPoints(body, scale))
+            found.append(floating_body.LoadPoints(body, scale))
         if kept.follower_loads:
-            found.append(FrameLoads(body))
+            found.append(floating_body.FrameLoads(body))
         found += [ModalTerms(body, m) for m in kept.members.values() if m.body.described.terms]
         if kept.interfaces:
             others = [ends[item.name] for item in kept.interfaces]
-            found.append(Interfaces(body, others, scale))
+            found.append(floating_body.Interfaces(body, others, scale))
     return found
 
 
-def modes_of(bodies: Iterable[Body]) -> list[Modes]:
+def modes_of(bodies: Iterable[Body]) -> list[floating_body.Modes]:
     """The modes of all reduced bodies of a system."""
-    return [body for body in bodies if isinstance(body, Modes)]
+    return [body for body in bodies if isinstance(body, floating_body.Modes)]
 
 
 def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
