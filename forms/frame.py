@@ -33,11 +33,6 @@ def vectors(w: Expr) -> Vectors:
     return tuple(ufl.as_vector([w[3 * k], w[3 * k + 1], w[3 * k + 2]]) for k in range(3))
 
 
-def directors(w: Expr, D: Expr) -> Vectors:
-    """Directors `D_k + w_k` from their changes and reference values, shapes (9,)."""
-    return vectors(D + w)
-
-
 def spin(d: Sequence[Expr], dd: Sequence[Expr]) -> list[Expr]:
     """Rotation `r` in the changes `dd_k = r x d_k` of three directors: `r . (d_a x d_b)`.
 

@@ -103,14 +103,9 @@ def rotation_gap(a: Place, b: Place, x: Expr, before: Expr) -> Expr:
     return x - before - increment(start, cosine_sine(a, b))
 
 
-def translation(a: Place, b: Place) -> Expr:
-    """Displacement of the second point along the axis of the first place, m."""
-    return ufl.dot(a.e[2], b.x - a.x)
-
-
 def translation_gap(a: Place, b: Place, s: Expr) -> Expr:
-    """Difference of `s` and the translation of the places, m."""
-    return s - translation(a, b)
+    """Difference of `s` and the displacement of the second point along the first axis, m."""
+    return s - ufl.dot(a.e[2], b.x - a.x)
 
 
 def distance_gap(a: Place, b: Place, l: Expr, size: Expr) -> Expr:  # noqa: E741 - the usual letter

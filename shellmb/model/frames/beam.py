@@ -280,8 +280,8 @@ class BeamModel(FrameBody, LoadedBody):
 
     def natural_faces(self) -> list[tuple[float, float, float]]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
-        given, half = self.beam.natural, self.beam.section.size / 2
-        assert given is not None
+        given: Any = self.beam.natural
+        half = self.beam.section.size / 2
         twist, *bent = given.curvature
         bend = half * math.hypot(*bent)
         return [(given.extension + side * bend, 0.0, half * twist) for side in (-1.0, 1.0)]

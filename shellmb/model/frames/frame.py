@@ -177,6 +177,8 @@ class Floating(MassiveBody):
     layout: Layout
     rules: Any
     section: Any
+    # constraints that tie the frame, shape (9,)
+    _apart: Callable[[Expr], Expr]
 
     def __init__(self, *of: Any) -> None:
         super().__init__(*of)
@@ -184,10 +186,6 @@ class Floating(MassiveBody):
         self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, force),)
         self.links = tuple(identified(self.mixed, self.name))
         self.kinematic |= {FRAME}
-
-    def _apart(self, q: Expr) -> Expr:
-        """Constraints that tie the frame, shape (9,)."""
-        raise NotImplementedError
 
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
         return (*self.layout.moved(q), self.layout.part(q, FRAME))
@@ -243,7 +241,7 @@ class FrameBody(MassiveBody):
 
     def directors(self, q: Expr) -> Vectors:
         """The three directors, shape (3,) each."""
-        return frame.directors(self.layout.part(q, "w"), self.frames)
+        return frame.vectors(self.frames + self.layout.part(q, "w"))
 
     def position(self, q: Expr) -> Expr:
         """Position of the nodes, shape (3,), m."""

@@ -201,14 +201,12 @@ def _hinge(
 
 
 def _sides(
-    joint: EdgeHinge, find: FindEnd, shells: Mapping[str, ShellModel]
+    joint: Any, find: FindEnd, shells: Mapping[str, ShellModel]
 ) -> tuple[_Edge | End, _Edge, Floats]:
     """Find what has the frames, the edge with the nodes that are held, and the axis."""
     first, second = shells.get(joint.first), shells.get(joint.second)
-    at: Any = joint.at
-    second_at: Any = joint.second_at
     if first is None or second is None:
-        shell, where = (first, at) if second is None else (second, second_at)
+        shell, where = (first, joint.at) if second is None else (second, joint.second_at)
         assert shell is not None
         x = shared_nodes(shell, where, joint.said).x
         axis = hinge_line(joint, x, shell.surface_mesh.length, f"shell '{shell.name}'")

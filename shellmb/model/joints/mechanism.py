@@ -7,14 +7,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.errors import SceneError
+from shellmb.model import elements as force_elements
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements import (
-    BoundElement,
-    bind_element,
-    check_at_rest,
-    coordinate_of,
-    element_groups,
-)
 from shellmb.model.joints import coordinates as relative
 from shellmb.model.joints import switches
 from shellmb.model.joints.constraints import ConstraintGroup
@@ -99,8 +93,8 @@ class Mechanism:
         self.screws, self.couplings = self._screws(), self._couplings()
         self.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
         elements = [bound for e in scene.force_elements for bound in self._bound(e)]
-        self.element_groups = element_groups(scale.comm, elements)
-        check_at_rest(scene, self.element_groups)
+        self.element_groups = force_elements.element_groups(scale.comm, elements)
+        force_elements.check_at_rest(scene, self.element_groups)
         self.drivers: dict[str, relative.Coordinate] = {}
         self._drive(signals)
         windowed, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
@@ -232,16 +226,17 @@ class Mechanism:
             found.append(relative.distance_coordinate(element.name, ends, self._scale.length, who))
         return found
 
-    def _bound(self, element: Any) -> list[BoundElement]:
+    def _bound(self, element: Any) -> list[force_elements.BoundElement]:
         """A force element on its coordinate, or on all of a hinge of edges by their shares."""
-        joint, kind = coordinate_of(self._scene, element)
+        joint, kind = force_elements.coordinate_of(self._scene, element)
+        bound, static = force_elements.bind_element, self._scene.static
         if joint not in self.several:
-            return [bind_element(element, self.table[joint, kind], self._scene.static)]
+            return [bound(element, self.table[joint, kind], static)]
         found = []
         for name, share in self.several[joint]:
             values = {k: getattr(element, k, None) for k in ("stiffness", "damping")}
             part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
-            found.append(bind_element(part, self.table[name, kind], self._scene.static))
+            found.append(bound(part, self.table[name, kind], static))
         return found
 
     def _screws(self) -> list[switches.TiedCoordinates]:

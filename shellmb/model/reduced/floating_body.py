@@ -15,7 +15,7 @@ Forces that turn with the body, and moments, are a force `P_a` and a moment `T_a
 axes and forces `F_k` on the amplitudes, linear in these.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -132,6 +132,8 @@ class OnFrame(ConstraintGroup):
         others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
+    _violation: Callable[[Expr], Expr]
+
     def __init__(
         self,
         title: str,
@@ -155,9 +157,6 @@ class OnFrame(ConstraintGroup):
             own=own,
         )
         self.table = self.per_item(table, "coefficients")
-
-    def _violation(self, q: Expr) -> Expr:
-        raise NotImplementedError
 
     def _directors(self, q: Expr, tag: str = "1") -> Vectors:
         """Changes of the directors of a frame."""

@@ -8,7 +8,7 @@ unknown states.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 from mpi4py import MPI
@@ -169,7 +169,9 @@ class OwnBody(Body, UserBody):
         if energy is not None and not self._nonlinear:
             self._check_stiffness()
         self._check_densities()
-        for what, function in self._functions():
+        functions: dict[str, Any] = {"strain": self._measure} if strain is not None else {}
+        functions |= {f"constraint {k}": law.function for k, law in enumerate(self._laws)}
+        for what, function in functions.items():
             state = ufl.Coefficient(mixed.space)
             if state not in extract_coefficients(function(state)):
                 raise SceneError(f"body '{name}': {what} does not depend on the field; it must")
@@ -178,10 +180,6 @@ class OwnBody(Body, UserBody):
                     f"body '{name}': {what} is not quadratic in the field; it must be: put "
                     "functions of quadratic measures into the energy"
                 )
-
-    def _functions(self) -> list[tuple[str, Callable[[Expr], Expr]]]:
-        found = [("strain", self._measure)] if self._strain is not None else []
-        return found + [(f"constraint {k}", law.function) for k, law in enumerate(self._laws)]
 
     def _check_stiffness(self) -> None:
         """Refuse a stiffness that is no symmetric matrix of the strains."""
@@ -236,15 +234,12 @@ class OwnBody(Body, UserBody):
             return ()
         strain = measure(self._measure)
         if self._nonlinear:
-            terms = self._measure, self._potential, self._one, self.dx, strain
-            return (PotentialStrains(*terms),)
+            energy = partial(self._scalar, "energy", self._energy)
+            return (PotentialStrains(self._measure, energy, self._one, self.dx, strain),)
         C, dx = self._energy, self.dx
         if not isinstance(C, Expr):
             C = fem.Constant(self.space.mesh, np.ascontiguousarray(C, dtype=float))
         return (Strains(Stiffness(C), self.layout, strain, lambda d: d[0] * dx),)
-
-    def _potential(self, e: Expr) -> Expr:
-        return self._scalar("energy", self._energy, e)
 
     def _scalar(self, what: str, function: Callable[..., Any], *arguments: Any) -> Expr:
         """Value of one of the user's densities."""

@@ -53,10 +53,10 @@ class FieldMesh:
         """
         found = {}
         for name, x in self.points.items():
-            near = ON_NODE * self.length
 
-            def marks(at: Floats, x: Floats = x, near: float = near) -> Floats:
-                return np.asarray(np.linalg.norm(at - x[:, None], axis=0) <= near)
+            def marks(at: Floats, x: Floats = x) -> Floats:
+                apart = np.linalg.norm(at - x[:, None], axis=0)
+                return np.asarray(apart <= ON_NODE * self.length)
 
             found[name] = dolfinx.mesh.locate_entities(self.mesh, 0, marks)
             if not self.mesh.comm.allreduce(len(found[name])):
@@ -166,9 +166,7 @@ class PlacedBody(OwnBody):
         return timed_loads(domain, loads, self._weight)
 
     def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
-        work = self.momentum_along(dq, acceleration)
-        assert work is not None
-        return work
+        return self.momentum_along(dq, acceleration)  # type: ignore[return-value]
 
 
 def build_own_bodies(scene: Scene, comm: MPI.Comm) -> tuple[list[OwnBody], dict[str, PlacedBody]]:
