@@ -201,10 +201,9 @@ class Prescribed:
             SceneError: If supports contradict one another; names them and their values.
         """
         oblique: dict[tuple[str, str], list[tuple[Rows, int]]] = {}
-        still = np.zeros((1, len(self.times)))
         # whole axes first: what they hold needs no multiplier
         for rows in self.rows:
-            values = np.tile(still, (len(rows.dofs), 1))
+            values = np.zeros((len(rows.dofs), len(self.times)))
             if rows.value is not None:
                 values = np.stack([rows.value(t) for t in self.times], axis=1)
             axis = np.argmax(np.abs(rows.normals), axis=1)

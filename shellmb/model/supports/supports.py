@@ -159,13 +159,13 @@ class SupportRows:
                 f"'{body.name}' have no inertia; it must have rotary_inertia=True and a section "
                 "with second moments, or the offset must be 0"
             )
-        arms = [
-            arm_components(support.offset, D, self._who, f"'{body.name}'") for D in nodes.directors
-        ]
+        who = self._who, f"'{body.name}'"
+        arms = [arm_components(support.offset, D, *who) for D in nodes.directors]
         count = len(directions)
         u, w = (np.tile(nodes.dofs[part], (count, 1)) for part in ("u", "w"))
         turns = {f"w{k}": w[:, 3 * k : 3 * k + 3] for k in range(len(arms[0]))}
-        normals = np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0)
+        units = [np.asarray(d) / np.linalg.norm(d) for d in directions]
+        normals = np.repeat(units, len(nodes.x), axis=0)
         self._prescribed.planes.append(
             plane(
                 f"displacement plane of '{body.name}' off {show(support.at)}",
