@@ -19,7 +19,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-Vectors = tuple[Expr, Expr, Expr]
+Vectors = tuple[Expr, ...]
 
 # pairs of directors in the order of the six multipliers
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -30,13 +30,7 @@ ACROSS = ((1, 2), (2, 0), (0, 1))
 
 def vectors(w: Expr) -> Vectors:
     """The three vectors in an expression of shape (9,)."""
-    first, second, third = (ufl.as_vector([w[3 * k], w[3 * k + 1], w[3 * k + 2]]) for k in range(3))
-    return first, second, third
-
-
-def directors(w: Expr, D: Expr) -> Vectors:
-    """Directors `D_k + w_k` from their changes and reference values, shapes (9,)."""
-    return vectors(D + w)
+    return tuple(ufl.as_vector([w[3 * k], w[3 * k + 1], w[3 * k + 2]]) for k in range(3))
 
 
 def spin(d: Sequence[Expr], dd: Sequence[Expr]) -> list[Expr]:
@@ -100,7 +94,7 @@ def momenta(v: Expr, dw: Expr, mass: FrameMass) -> tuple[Expr, Vectors]:
             g[k] = g[k] + J * W[m]
             if k != m:
                 g[m] = g[m] + J * W[k]
-    return h, (g[0], g[1], g[2])
+    return h, tuple(g)
 
 
 def momentum_work(v: Expr, dw: Expr, mass: FrameMass, dv: Expr, ddw: Expr) -> Expr:

@@ -45,13 +45,7 @@ def neo_hookean(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
         strains: Shell strains of eq. (9).
         parameters: `mu` (shear modulus, Pa), `thickness` (m), `shear_correction` (-).
     """
-    mu, thickness = parameters["mu"], parameters["thickness"]
-    factor = parameters["shear_correction"]
-
-    def density(e: Expr, gam: Expr) -> Expr:
-        return mu / 2 * invariants(e, gam, factor)[0]
-
-    return through_thickness(density, strains, thickness)
+    return mooney_rivlin(strains, {**parameters, "mu1": parameters["mu"], "mu2": ufl.as_ufl(0.0)})
 
 
 def mooney_rivlin(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
@@ -85,14 +79,11 @@ def invariants(e: Expr, gam: Expr, factor: Expr) -> tuple[Expr, Expr]:
         gam: Transverse shear strain `g` (2*13, 2*23).
         factor: Shear correction.
     """
-    c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
     # the trace of C_plane is 2 + a, its determinant 1 + d
-    a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - c12**2
-    d = a + b
-    det = 1 + d
-    shear = (c22 * gam[0] ** 2 - 2 * c12 * gam[0] * gam[1] + c11 * gam[1] ** 2) / det
-    first = (a * d - b) / det + factor * shear
-    second = (d**2 - b) / det + factor * ((2 + a) * shear - ufl.dot(gam, gam))
+    a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - e[2] ** 2
+    d, shear = a + b, _sheared(e, gam)
+    first = (a * d - b) / (1 + d) + factor * shear
+    second = (d**2 - b) / (1 + d) + factor * ((2 + a) * shear - ufl.dot(gam, gam))
     return first, second
 
 

@@ -227,16 +227,6 @@ def momenta(v: Expr, dw: Expr, mass: Mass) -> tuple[Expr, Expr]:
     return h, g
 
 
-def without_director(mass: Mass) -> Mass:
-    """The mass alone, which moves the reference surface."""
-    return Mass(mass.m, None, None)
-
-
-def director_inertia(mass: Mass) -> Mass:
-    """First and second moment alone, which are integrated at the nodes (see `tangent_jump`)."""
-    return Mass(0 * mass.m, mass.s, mass.I)
-
-
 def tangent_jump(b: Expr, db: Expr, d: Expr, arm: Expr | None) -> Expr:
     """Jump of the director's velocity without momentum along the director, shape (3,).
 

@@ -17,12 +17,10 @@ part        name                                                             uni
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
-
-from shellmb.forms.tying import Tying
 
 
 class Layout(NamedTuple):
@@ -30,11 +28,11 @@ class Layout(NamedTuple):
 
     Args:
         parts: Component ranges, name to (first, size).
-        tying: Maps of the forces of a shell's cells; None: it is none.
+        tying: Maps of the forces of a shell's cells, a `Tying`; None: it is none.
     """
 
     parts: Mapping[str, tuple[int, int]]
-    tying: Tying | None = None
+    tying: Any = None
 
     def part(self, q: Expr, name: str) -> Expr:
         """Components of the part `name` of the state `q` (a scalar if its size is one)."""
@@ -43,23 +41,9 @@ class Layout(NamedTuple):
             return q[first]
         return ufl.as_vector([q[first + k] for k in range(size)])
 
-    def displacement(self, q: Expr) -> Expr:
-        """Displacement, shape (3,), m."""
-        return self.part(q, "u")
-
-    @property
-    def cells(self) -> Tying:
-        """Maps of the forces of cells, of a shell."""
-        assert self.tying is not None
-        return self.tying
-
     def forces(self, q: Expr, name: str = "N") -> Expr:
         """Scaled forces of a shell's cells, or strains of their own, shape (15,)."""
-        return self.cells.forces(self.part(q, name))
-
-    def director_change(self, q: Expr) -> Expr:
-        """Change of the director, shape (3,), dimensionless."""
-        return self.part(q, "w")
+        return self.tying.forces(self.part(q, name))
 
     def moved(self, q: Expr) -> tuple[Expr, Expr]:
         """Displacement and change of the director, or of the directors of frames."""

@@ -32,14 +32,13 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.constraints.held import ConstraintRow, VelocityJump
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.forms.steps.potentials import exact_moments
+from shellmb.forms.steps.potentials import Stretch, exact_moments
 
 # below this tangent of the increment its series is exact to round-off
 SMALL_TANGENT = 1e-3
@@ -104,14 +103,9 @@ def rotation_gap(a: Place, b: Place, x: Expr, before: Expr) -> Expr:
     return x - before - increment(start, cosine_sine(a, b))
 
 
-def translation(a: Place, b: Place) -> Expr:
-    """Displacement of the second point along the axis of the first place, m."""
-    return ufl.dot(a.e[2], b.x - a.x)
-
-
 def translation_gap(a: Place, b: Place, s: Expr) -> Expr:
-    """Difference of `s` and the translation of the places, m."""
-    return s - translation(a, b)
+    """Difference of `s` and the displacement of the second point along the first axis, m."""
+    return s - ufl.dot(a.e[2], b.x - a.x)
 
 
 def distance_gap(a: Place, b: Place, l: Expr, size: Expr) -> Expr:  # noqa: E741 - the usual letter
@@ -182,10 +176,8 @@ def turned(angle: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> tuple
     """
     quad = measure(angle).quad
     a_i, a_f = angle(path.start), ufl.variable(angle(path.end))
-    rate_i, rate_f = (
-        variation(angle, path.start, path.start_velocity),
-        variation(angle, path.end, path.end_velocity),
-    )
+    rate_i = variation(angle, path.start, path.start_velocity)
+    rate_f = variation(angle, path.end, path.end_velocity)
     x, D, z = path.mean, path.chord, path.bow
     bow = ufl.variable(2 * variation(angle, x + 0.4 * z, z) + quad(D, D) / 6)
     alpha = path.alpha
@@ -231,21 +223,21 @@ class Angle(NamedTuple):
             start, end, before = self.angle(span.a), self.angle(span.b), self.x(span.a)
             turned_by = increment_gradient(start, end, variation(self.angle, span.mid, dq))
             own = ufl.as_vector([self.x(dq) - turned_by])
-        return ConstraintRow(own, None, self.gap(span.holding, before), (span.unknown, None))
+        return ConstraintRow(own, self.gap(span.holding, before), span.unknown)
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """The equation and its rate at the end of a step, two forces without work for both."""
         own, other = turned(self.angle, path, k, dq)
-        row = ufl.as_vector([self.x(dq) - own]), ufl.as_vector([-other])
+        own, other = ufl.as_vector([self.x(dq) - own]), ufl.as_vector([-other])
         first, last = path.end, path.end_velocity
         if k == 0:
-            return ConstraintRow(*row, self.gap(first, self.x(path.start)), (first, last))
+            return ConstraintRow(own, self.gap(first, self.x(path.start)), first, other, last)
         rate = self.x(last) - angle_rate(self.angle, path)
-        return ConstraintRow(*row, ufl.as_vector([rate]), (last, first))
+        return ConstraintRow(own, ufl.as_vector([rate]), last, other, first)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """The rate of the coordinate is that of the places, with the impulse for that."""
-        return ConstraintRow(self.slope(mid, dv), None, self.slope(mid, v), (v, None))
+        return ConstraintRow(self.slope(mid, dv), self.slope(mid, v), v)
 
     def jump(self, step: VelocityJump, dq: Expr) -> None:
         """None: angles hold the jump, as they are not quadratic."""

@@ -64,16 +64,18 @@ class ConstraintRow(NamedTuple):
 
     Args:
         own: What the multipliers of the row itself act on.
-        other: What those of the other row act on, eqs. (Q4) and (Q6); None without another row.
         value: What the row demands to vanish: their value at the end, and their rate times the step
             there, or their value at the middle.
-        multipliers: States that hold the row's own multipliers and those of the other row.
+        holder: State that holds the row's own multipliers.
+        other: What those of the other row act on, eqs. (Q4) and (Q6); None without another row.
+        second: State that holds these.
     """
 
     own: Expr
-    other: Expr | None
     value: Expr
-    multipliers: tuple[Expr, Expr | None]
+    holder: Expr
+    other: Expr | None = None
+    second: Expr | None = None
 
 
 class VelocityJump(NamedTuple):
@@ -117,7 +119,6 @@ class Law(Protocol):
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """Row of a sub-interval, or of a single state."""
-        ...
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """Row P0 (`k` is 0) or P1 of a step that is quadratic in time.
@@ -128,18 +129,15 @@ class Law(Protocol):
             dq: Direction.
             inertialess: Whether what is fixed has no inertia.
         """
-        ...
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """Row of the velocities `v`, which hold impulses, at the state `mid`."""
-        ...
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow | None:
         """Row of the velocities at the end of a step that begins with a jump; None: as of others.
 
         Then they hold the jump itself, as `velocity` says.
         """
-        ...
 
 
 class Held(NamedTuple):
@@ -154,9 +152,7 @@ class Held(NamedTuple):
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """Hold constraints at the end; their forces are along the gradient at the middle."""
         g = self.function
-        return ConstraintRow(
-            variation(g, span.mid, dq), None, g(span.holding), (span.unknown, None)
-        )
+        return ConstraintRow(variation(g, span.mid, dq), g(span.holding), span.unknown)
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """Hold constraints and rates at the end (Q4), or constraints at the middle, too (Q6)."""
@@ -164,12 +160,12 @@ class Held(NamedTuple):
         held = row.massless if inertialess else row.holding
         own, other = (path.slope(g, slope, dq) for slope in (held.own, held.other))
         both = path.end, path.end_velocity
-        return ConstraintRow(own, other, held.vanishes(g, path), both if k == 0 else both[::-1])
+        return ConstraintRow(own, held.vanishes(g, path), both[k], other, both[1 - k])
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """Velocities do not violate them."""
         g = self.function
-        return ConstraintRow(variation(g, mid, dv), None, variation(g, mid, v), (v, None))
+        return ConstraintRow(variation(g, mid, dv), variation(g, mid, v), v)
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """Velocities at the end do not violate them (N2)."""

@@ -139,9 +139,9 @@ def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
         extra = (1 - alpha**2) / 6 * path.shake + 2 * alpha / 3 * z
         other = turned(D, dq) / 6 + turned(dq, extra) + alpha / 3 * turned(z, dq)
         value = slip(path.mean, D) + turned(D, z)
-        return ConstraintRow(slip(path.mean, dq), other, value, (path.end, path.end_velocity))
+        return ConstraintRow(slip(path.mean, dq), value, path.end, other, path.end_velocity)
     own, value = slip(path.middle, dq) / 3, slip(path.end, path.end_velocity)
-    return ConstraintRow(own, turned(D, dq) / 6, value, (path.end_velocity, path.end))
+    return ConstraintRow(own, value, path.end_velocity, turned(D, dq) / 6, path.end)
 
 
 def slip_row(slip: Slip, step: VelocityJump, dq: Expr) -> JumpRow:
@@ -189,7 +189,7 @@ class Rolling(NamedTuple):
         a = self.held.path(path, k, dq, inertialess=False)
         b = path_row(self.slip, path, k, dq)
         other = None if a.other is None or b.other is None else both(a.other, b.other)
-        return ConstraintRow(both(a.own, b.own), other, both(a.value, b.value), a.multipliers)
+        return a._replace(own=both(a.own, b.own), value=both(a.value, b.value), other=other)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """Velocities violate neither."""

@@ -93,15 +93,8 @@ class Cones:
     change: Callable[[Expr], Patch]
     sign: float
 
-    def _row(
-        self, own: Expr, other: Expr | None, value: Expr, multipliers: tuple[Expr, Expr | None]
-    ) -> ConstraintRow:
-        def one(e: Expr) -> Expr:
-            return ufl.as_vector([-self.sign * e])
-
-        return ConstraintRow(
-            one(own), None if other is None else one(other), one(value), multipliers
-        )
+    def _signed(self, e: Expr) -> Expr:
+        return ufl.as_vector([-self.sign * e])
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """The volume at the end, and the force (V1)."""
@@ -109,26 +102,30 @@ class Cones:
         own = slope(self.place(span.mid), d)
         if span.a is not span.b:
             own += slope(self.change(span.b - span.a), d) / 12
-        return self._row(own, None, cone(self.place(span.holding)), (span.unknown, None))
+        value = cone(self.place(span.holding))
+        return ConstraintRow(self._signed(own), self._signed(value), span.unknown)
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """The volume or its rate at the end, and the forces (V2)."""
         d, D, z = self.change(dq), self.change(path.chord), self.change(path.bow)
-        first, second = path.end, path.end_velocity
+        both = path.end, path.end_velocity
         middle, bent = self.place(path.middle), slope(D, d)
         if k == 0:
             own = slope(self.place(path.mean), d) + bent / 12 + slope(z, d) / 5
             other = bend(middle, self.change(path.mean_velocity), d) + path.alpha * bent / 6
-            return self._row(own, other, cone(self.place(path.end)), (first, second))
-        own = slope(middle, d) + bent / 4
-        other = bend(self.place(path.mean), D, d) / 6 + bend(D, z, d) / 15
-        rate = slope(self.place(path.end), self.change(path.end_velocity))
-        return self._row(own, other, rate, (second, first))
+            value = cone(self.place(path.end))
+        else:
+            own = slope(middle, d) + bent / 4
+            other = bend(self.place(path.mean), D, d) / 6 + bend(D, z, d) / 15
+            value = slope(self.place(path.end), self.change(path.end_velocity))
+        own, value, other = map(self._signed, (own, value, other))
+        return ConstraintRow(own, value, both[k], other, both[1 - k])
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """The rate of the volume at the state `mid`, and the impulse for it."""
         x = self.place(mid)
-        return self._row(slope(x, self.change(dv)), None, slope(x, self.change(v)), (v, None))
+        own, value = (self._signed(slope(x, self.change(rate))) for rate in (dv, v))
+        return ConstraintRow(own, value, v)
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """The jump of the velocities itself, by impulses that so do no work."""

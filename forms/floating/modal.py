@@ -20,25 +20,19 @@ from ufl.core.expr import Expr
 from shellmb.forms.frame import ACROSS, Vectors, vectors
 from shellmb.forms.loads import follower_frame_force, follower_frame_moment
 
-Three = tuple[Expr, Expr, Expr]
 
-
-def components(table: Expr, first: int, eta: Sequence[Expr]) -> Three:
+def components(table: Expr, first: int, eta: Sequence[Expr]) -> list[Expr]:
     """Three sums over the modes, with the coefficients `table[first + K a + k]`."""
     K = len(eta)
-    x, y, z = (
+    return [
         sum((table[first + K * a + k] * eta[k] for k in range(1, K)), table[first + K * a] * eta[0])
         for a in range(3)
-    )
-    return x, y, z
+    ]
 
 
 def unit_vectors(w: Vectors) -> Vectors:
     """Directors from their changes, where they are the scene's axes at rest."""
-    first, second, third = (
-        ufl.as_vector([float(a == i) + w[a][i] for i in range(3)]) for a in range(3)
-    )
-    return first, second, third
+    return tuple(ufl.as_vector([float(a == i) + w[a][i] for i in range(3)]) for a in range(3))
 
 
 def carried(A: Expr, s: Expr, w: Vectors) -> Expr:
@@ -53,7 +47,7 @@ def carried(A: Expr, s: Expr, w: Vectors) -> Expr:
     return s + sums[0] + sums[1] + sums[2]
 
 
-def seen_apart(z: Expr, parts: Three, w: Vectors) -> Expr:
+def seen_apart(z: Expr, parts: Sequence[Expr], w: Vectors) -> Expr:
     """`d_a . z - z_a`: a vector has these components along the directors, shape (3,).
 
     Written as scalars that no rotation changes, so that their forces have no moment, as the step's
@@ -67,7 +61,7 @@ def seen_apart(z: Expr, parts: Three, w: Vectors) -> Expr:
     return ufl.as_vector([z[a] + ufl.dot(z, w[a]) - parts[a] for a in range(3)])
 
 
-def held_apart(gap: Expr, arm: Three, shift: Three, w: Vectors) -> Expr:
+def held_apart(gap: Expr, arm: Sequence[Expr], shift: Sequence[Expr], w: Vectors) -> Expr:
     """Offset of the arm to an interface, `A_a + shift_a`; m.
 
     Args:
@@ -80,7 +74,7 @@ def held_apart(gap: Expr, arm: Three, shift: Three, w: Vectors) -> Expr:
     return seen_apart(gap, shift, w) + ufl.as_vector([ufl.dot(A, w[a]) for a in range(3)])
 
 
-def turned_apart(turn: Three, w: Vectors, v: Vectors) -> Expr:
+def turned_apart(turn: Sequence[Expr], w: Vectors, v: Vectors) -> Expr:
     """Rotation of an interface relative to that of the modes, shape (3,).
 
     The skew part of `e_a . d_b` is the sine of the angle between both frames times its axis. It is
@@ -114,7 +108,7 @@ def frame_work(P: Sequence[Expr], T: Sequence[Expr], d: Vectors, du: Expr, dw: E
     return force + follower_frame_moment(ufl.as_vector(T), d, vectors(dw))
 
 
-def coupled_momentum(m: Expr, c: Three, z: Expr, w: Vectors) -> tuple[Expr, Vectors]:
+def coupled_momentum(m: Expr, c: Sequence[Expr], z: Expr, w: Vectors) -> tuple[Expr, Vectors]:
     """Momenta of a point and of the directors, for the velocities `z` and `w`, shapes (3,).
 
     Args:
@@ -124,4 +118,4 @@ def coupled_momentum(m: Expr, c: Three, z: Expr, w: Vectors) -> tuple[Expr, Vect
         w: Velocities of the directors.
     """
     point = m * z + c[0] * w[0] + c[1] * w[1] + c[2] * w[2]
-    return point, (c[0] * z, c[1] * z, c[2] * z)
+    return point, tuple(part * z for part in c)

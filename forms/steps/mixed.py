@@ -29,7 +29,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure
-from shellmb.forms.shell import ShellStrains
+from shellmb.forms.shell import named
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.tying import COUNT, Tying
@@ -157,19 +157,9 @@ class Stiffness(MixedSection):
         return (self.C * e,)
 
 
-def vector(strains: ShellStrains) -> Expr:
-    """All strains as one vector (eps, kap, gam), shape (8,)."""
-    return ufl.as_vector([*strains.eps, *strains.kap, *strains.gam])
-
-
 def membrane_shear(e: Expr) -> Expr:
     """The strains conjugate to the resultants, (eps, gam), shape (5,)."""
     return ufl.as_vector([e[k] for k in (0, 1, 2, 6, 7)])
-
-
-def bending(e: Expr) -> Expr:
-    """The bending strains, shape (3,)."""
-    return ufl.as_vector([e[k] for k in (3, 4, 5)])
 
 
 def split(N: Expr) -> tuple[Expr, Expr]:
@@ -181,7 +171,7 @@ def assumed(strain: Measure, layout: Layout) -> Measure:
     """Strains with (eps, gam) replaced by the cells' own ones, shape (8,)."""
 
     def join(S: Expr, e: Expr) -> Expr:
-        kap, own = bending(e), layout.cells.strain(S)
+        kap, own = named(e).kap, layout.tying.strain(S)
         return ufl.as_vector([own[0], own[1], own[2], kap[0], kap[1], kap[2], own[3], own[4]])
 
     return strain.beside(lambda q: layout.forces(q, "S"), join)
@@ -215,47 +205,37 @@ class LinearMixed(MixedSection):
 
     def stretch(self, n: Expr, e: Expr) -> Expr:
         """Membrane strain that forces and curvatures belong to, shape (3,)."""
-        return self.A_inv * (n if self.B is None else n - self.B * bending(e))
+        return self.A_inv * (n if self.B is None else n - self.B * named(e).kap)
 
     def _moments(self, n: Expr, e: Expr) -> Expr:
         """Moments of membrane forces and curvatures, shape (3,)."""
-        m = self.D * bending(e)
+        m = self.D * named(e).kap
         return m if self.B is None else m + self.B * self.stretch(n, e)
-
-    def uniform(self, N: Expr) -> Expr:
-        """Membrane forces on strains of the rule of all integrals, shape (3,)."""
-        return self.tying.whole(N)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
-        n, _ = split(self.tying.force(N))
-        return ufl.as_vector([*self.uniform(N), *self._moments(n, e), 0, 0]), *self.taken(N)
+        tying, (n, _) = self.tying, split(self.tying.force(N))
+        return ufl.as_vector([*tying.whole(N), *self._moments(n, e), 0, 0]), *tying.works(N)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
         """Work of virtual forces on the strains at the end less those of the forces, by rule."""
         (n, Q), (dn, dQ) = (split(self.tying.force(f)) for f in (N, dN))
         own = ufl.dot(dn, self.stretch(n, end)) + ufl.dot(dQ, self.G_inv * Q)
-        eps, _ = split(membrane_shear(end))
-        whole = ufl.dot(self.uniform(dN), eps) - own
-        return [whole, *(ufl.dot(stress, end) for stress in self.taken(dN))]
-
-    def taken(self, N: Expr) -> list[Expr]:
-        """Stresses where strains are taken, shape (8,) each."""
-        return self.tying.works(N)
+        whole = ufl.dot(self.tying.whole(dN), named(end).eps) - own
+        return [whole, *(ufl.dot(stress, end) for stress in self.tying.works(dN))]
 
     def stored(self, e: Expr, N: Expr) -> Densities:
         """Stored energy of any strains, shape (8,), and forces of the cells."""
-        n, Q = split(self.tying.force(N))
-        eps, kap = split(membrane_shear(e))[0], bending(e)
+        (n, Q), (eps, kap, _) = split(self.tying.force(N)), named(e)
         stretch = self.stretch(n, e)
         own = n if self.B is None else n - self.B * kap
         whole = [
             ufl.dot(kap, self.D * kap) / 2,
-            ufl.dot(self.uniform(N), eps),
+            ufl.dot(self.tying.whole(N), eps),
             -ufl.dot(own, stretch) / 2,
             -ufl.dot(Q, self.G_inv * Q) / 2,
         ]
-        return [sum(whole), *(ufl.dot(stress, e) for stress in self.taken(N))]
+        return [sum(whole), *(ufl.dot(stress, e) for stress in self.tying.works(N))]
 
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants of any strains, shape (8,), and forces of the cells."""
@@ -295,27 +275,18 @@ class LinearOwn(MixedSection):
         """Strains and forces of the cells that a state has, shape (30,)."""
         return ufl.as_vector([*layout.forces(q, "S"), *(self.N0 * layout.forces(q))])
 
-    def _forces(self, F: Expr) -> Expr:
-        return ufl.as_vector([F[k] for k in range(COUNT, 2 * COUNT)])
-
-    def _strain(self, F: Expr) -> Expr:
-        return ufl.as_vector([F[k] for k in range(COUNT)])
+    def _parts(self, both: Expr) -> tuple[Expr, Expr]:
+        """Strains and forces of the cells."""
+        S, N = (ufl.as_vector([both[first + k] for k in range(COUNT)]) for first in (0, COUNT))
+        return S, N
 
     def stresses(self, S: Expr, e: Expr) -> tuple[Expr, Expr, Expr]:
         """Membrane forces, moments and shear forces of strains of the cells and curvatures."""
-        (eps, gam), kap = split(self.tying.strain(S)), bending(e)
+        (eps, gam), kap = split(self.tying.strain(S)), named(e).kap
         n, m = self.A * eps, self.D * kap
         if self.B is not None:
             n, m = n + self.B * kap, m + self.B * eps
         return n, m, self.G * gam
-
-    def uniform(self, N: Expr) -> Expr:
-        """Membrane forces on strains of the rule of all integrals, shape (3,)."""
-        return self.tying.whole(self._forces(N))
-
-    def taken(self, N: Expr) -> list[Expr]:
-        """Stresses where strains are taken, shape (8,) each."""
-        return self.tying.works(self._forces(N))
 
     def shared_shear(self, gam: Expr) -> Expr:
         """Shear forces of the share that displacements have, shape (2,)."""
@@ -323,36 +294,35 @@ class LinearOwn(MixedSection):
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
-        _, gam = split(membrane_shear(e))
-        _, m, _ = self.stresses(self._strain(N), e)
-        return ufl.as_vector([*self.uniform(N), *m, *self.shared_shear(gam)]), *self.taken(N)
+        tying, (S, F) = self.tying, self._parts(N)
+        _, m, _ = self.stresses(S, e)
+        shared = self.shared_shear(named(e).gam)
+        return ufl.as_vector([*tying.whole(F), *m, *shared]), *tying.works(F)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
         """Work of virtual forces and strains on what strains and forces differ by, by rule."""
-        tying, S, dS = self.tying, self._strain(N), self._strain(dN)
+        tying, (S, F), (dS, dF) = self.tying, self._parts(N), self._parts(dN)
         n, _, Q = self.stresses(S, end)
-        lacking = ufl.as_vector([*n, *((1 - self.a) * Q)]) - tying.force(self._forces(N))
-        moved, _ = split(membrane_shear(end))
+        lacking = ufl.as_vector([*n, *((1 - self.a) * Q)]) - tying.force(F)
         whole = [
-            ufl.dot(self.uniform(dN), moved),
-            -ufl.dot(tying.force(self._forces(dN)), tying.strain(S)),
+            ufl.dot(tying.whole(dF), named(end).eps),
+            -ufl.dot(tying.force(dF), tying.strain(S)),
             ufl.dot(tying.strain(dS), lacking),
         ]
-        return [sum(whole), *(ufl.dot(works, end) for works in self.taken(dN))]
+        return [sum(whole), *(ufl.dot(works, end) for works in tying.works(dF))]
 
     def stored(self, e: Expr, N: Expr) -> Densities:
         """Energy of any strains, and of strains of the cells."""
-        S = self._strain(N)
+        S, _ = self._parts(N)
         (n, m, Q), (eps, gam) = self.stresses(S, e), split(self.tying.strain(S))
-        _, moved = split(membrane_shear(e))
+        _, kap, moved = named(e)
         shear = (1 - self.a) * ufl.dot(Q, gam) + ufl.dot(self.shared_shear(moved), moved)
-        return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
+        return [(ufl.dot(n, eps) + ufl.dot(m, kap) + shear) / 2]
 
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants, shape (8,)."""
-        n, m, Q = self.stresses(self._strain(N), e)
-        _, moved = split(membrane_shear(e))
-        return ufl.as_vector([*n, *m, *((1 - self.a) * Q + self.shared_shear(moved))])
+        n, m, Q = self.stresses(self._parts(N)[0], e)
+        return ufl.as_vector([*n, *m, *((1 - self.a) * Q + self.shared_shear(named(e).gam))])
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Elastic part of `c^2`, eq. (34)."""

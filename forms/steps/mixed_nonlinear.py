@@ -41,10 +41,10 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Acting, Measure, at_middle
-from shellmb.forms.shell import ShellStrains
+from shellmb.forms.shell import ShellStrains, named
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import TINY_INCREMENT, discrete_gradient, gradient
-from shellmb.forms.steps.mixed import Densities, Interval, assumed, bending, membrane_shear, split
+from shellmb.forms.steps.mixed import Densities, Interval, assumed, membrane_shear
 from shellmb.forms.steps.path import Step
 from shellmb.forms.steps.stress_work import POINTS, StrainPath, added
 
@@ -72,7 +72,7 @@ class Tie(NamedTuple):
 
 def ties(strain: Measure, layout: Layout) -> list[Tie]:
     """Ties by rule, of strains of the displacements."""
-    tying = layout.cells
+    tying = layout.tying
 
     def act(N: Expr) -> Expr:
         return ufl.as_vector([*tying.whole(N), *tying.force(N)])
@@ -141,23 +141,19 @@ class NonlinearMixed:
 
     def energy_density(self, e: Expr) -> Expr:
         """Energy of strains, shape (8,), as the user wrote it."""
-        return self._psi(e)
+        return self.psi(named(e))
 
     def stress(self, e: Expr) -> Expr:
         """Resultants of strains, shape (8,) both."""
-        return gradient(self._psi, e)
-
-    def _psi(self, e: Expr) -> Expr:
-        eps, gam = split(membrane_shear(e))
-        return self.psi(ShellStrains(eps, bending(e), gam))
+        return gradient(self.energy_density, e)
 
     def _sheared(self, e: Expr) -> Expr:
         """Energy of shear alone, by the share of the displacements."""
         zero = 0 * e[0]
-        return self.a * self._psi(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
+        return self.a * self.energy_density(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
 
     def _psi_own(self, e: Expr) -> Expr:
-        return self._psi(e) - self._sheared(e)
+        return self.energy_density(e) - self._sheared(e)
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
         """Forces that tie the strains, shape (15,), N/m."""
@@ -195,11 +191,11 @@ class NonlinearMixed:
         self, strain: Measure, layout: Layout, span: Interval, dq: Expr, acting: Acting = at_middle
     ) -> Densities:
         """Virtual work, stress equation (test `S`) and compatibility (test `N`)."""
-        work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.cells
+        work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.tying
         shared, stress = self._averages(strain, layout, span)
         N, dN = (self.forces(layout, q) for q in (span.unknown, dq))
         dS = tying.strain(layout.forces(dq, "S"))
-        moments = ufl.as_vector([*tying.whole(N), *bending(stress), 0, 0])
+        moments = ufl.as_vector([*tying.whole(N), *named(stress).kap, 0, 0])
         whole = work(shared + moments)
         whole += ufl.dot(membrane_shear(stress) - tying.force(N), dS)
         found = [whole, *map(work, tying.works(N))]
@@ -215,11 +211,8 @@ class NonlinearMixed:
         """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
         seen = self._seen(strain, layout)
         pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in seen]
-        return [
-            sum(
-                ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
-            )
-        ]
+        jumps = ((gradient(psi, q1) - gradient(psi, q0), q1 - q0) for psi, q0, q1 in pairs)
+        return [sum(ufl.dot(*jump) / 2 for jump in jumps)]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""

@@ -211,16 +211,14 @@ class Path(NamedTuple):
         return self.mean + self.bow
 
     @property
-    def acceleration(self) -> tuple[Any, Any]:
+    def acceleration(self) -> list[Any]:
         """Accelerations in the rows P0 and P1, times the square of the step, eq. (Q2)."""
-        first, second = (row.inertia(self) for row in self.rows)
-        return first, second
+        return [row.inertia(self) for row in self.rows]
 
     @property
-    def moved(self) -> tuple[Any, Any]:
+    def moved(self) -> list[Any]:
         """Displacements on which forces of the rows P0 and P1 do work."""
-        first, second = (row.works(self) for row in self.rows)
-        return first, second
+        return [row.works(self) for row in self.rows]
 
     @property
     def shake(self) -> Any:

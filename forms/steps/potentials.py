@@ -12,6 +12,9 @@ its stress `s` on the distance, and the mean slopes of the distance by the measu
 correction of its own. What Gauss points lack where `U` has a kink then acts along the normal, and
 none of it along a surface that a body slides on.
 
+Springs, dampers, motors and stops are written in the coordinate of a mechanism itself, an unknown
+of the model, so that their virtual work is `force dx`.
+
 What dissipates in ED and ED3 acts on the jump of `e` and on its bow with the change of the slope.
 Where the potential is concave that would gain energy: there it is scaled down to nothing.
 
@@ -25,11 +28,12 @@ symbol       name                                                               
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import ufl
+from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import GAUSS, Stretch
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.mixed_nonlinear import tangent
 
@@ -37,10 +41,51 @@ Potential = Callable[[Expr], Expr]
 
 # squares of changes of measures of order one below which a correction is round-off
 TINY = 1e-16
+# Gauss points on [-1, 1] with their weights: the mean slope of a polynomial of degree 8 is exact
+GAUSS = (
+    (-0.8611363115940526, 0.1739274225687269),
+    (-0.3399810435848563, 0.3260725774312731),
+    (0.3399810435848563, 0.3260725774312731),
+    (0.8611363115940526, 0.1739274225687269),
+)
+
+# An increment below this part of the coordinate's size is left to Gauss' rule: its error, of the
+# ninth order, is below round-off, while a correction by differences of energies would lose digits.
+SMALL_INCREMENT = 1e-4
 # Gauss points on [-1, 1] of the smooth slopes of a distance in each half of a step
 INNER = 1 / 3**0.5
 # cosine of the angle of a motion and the change of a slope from which the dissipation is whole
 WHOLE = 0.1
+
+
+class Stretch(NamedTuple):
+    """Extension of a spring over a step that is quadratic in time (`forms.steps.path`).
+
+    Args:
+        start: At the start.
+        chord: Its change.
+        bow: `e_i + e_f - 2 <e>`, twice the bow of the path.
+    """
+
+    start: Expr
+    chord: Expr
+    bow: Expr
+
+
+def linear_potential(k: Expr) -> Potential:
+    """Energy of a linear spring of stiffness `k`."""
+    return lambda e: k * e**2 / 2
+
+
+def linear_stiffness(k: Expr) -> Expr:
+    """Second derivative of the energy of a linear spring."""
+    U = linear_potential(k)
+    return expand_derivatives(slope(lambda e: slope(U, e), ufl.as_ufl(1.0)))
+
+
+def slope(U: Potential, e: Expr) -> Expr:
+    """Force `U'(e)`."""
+    return gradient(lambda v: ufl.as_ufl(U(v)), e)
 
 
 def path_stresses(U: Potential, e: Stretch, alpha: Expr, smooth: float = 0.0) -> tuple[Expr, Expr]:
@@ -118,18 +163,10 @@ def interval_stress(
     return stress + beta / 2 * convex(gradient(U, b) - gradient(U, a), increment)
 
 
-def distance_slope(g: Potential, a: Expr, b: Expr) -> Expr:
-    """Mean slope `G` of a distance over a sub-interval, `G.(e_b - e_a) = g_b - g_a`, shape (n,)."""
-    return interval_stress(g, a, b, 0.0)
-
-
 def distance_stretch(g: Potential, e: Stretch) -> Stretch:
     """A distance over a step as if it were quadratic in time: by its ends and its middle, (1,)."""
-    start, middle, end = (
-        ufl.as_vector([g(x)])
-        for x in (e.start, e.start + e.chord / 2 - 3 * e.bow / 4, e.start + e.chord)
-    )
-    return through(start, middle, end)
+    places = e.start, e.start + e.chord / 2 - 3 * e.bow / 4, e.start + e.chord
+    return through(*(ufl.as_vector([g(x)]) for x in places))
 
 
 def through(start: Expr, middle: Expr, end: Expr) -> Stretch:

@@ -7,7 +7,7 @@ derivative at the middle times the chord the change of the strain. Strains of a 
 form (stretches, logarithms). What their derivatives lack of that change is of higher order in the
 step, and is made good; what is left of both is the same for quadratic strains.
 
-Over a sub-interval (`ExactInterval`) the stress `S` is changed along the change that the middle
+Over a sub-interval (`exact_interval`) the stress `S` is changed along the change that the middle
 sees, `c = De(q_m) D`,
 
     S' = S + S.(e_b - e_a - c) c/(c . c),   S'.c = S.(e_b - e_a),
@@ -61,27 +61,28 @@ TINY_STRAIN, TINY_CHORD = 1e-16, 1e-18
 POINTS = (-(3**-0.5), 3**-0.5)
 
 
-class ExactInterval:
-    """Virtual strains of the stresses over a sub-interval, instead of `measure.at_middle`.
+def exact_interval(
+    weight: Sequence[Any], strain: Measure, a: Expr, b: Expr, mid: Expr, dq: Expr
+) -> Works:
+    """Work of a stress from `a` to `b` on a virtual displacement, instead of `measure.at_middle`.
 
     Args:
         weight: Scales of the strains' squares, by which unlike units become comparable.
+        strain: The strain.
+        a: State at the start.
+        b: State at the end.
+        mid: Mean of both.
+        dq: Virtual displacement.
     """
-
-    def __init__(self, weight: Sequence[Any]) -> None:
-        self._weight = weight
-
-    def __call__(self, strain: Measure, a: Expr, b: Expr, mid: Expr, dq: Expr) -> Works:
-        """Work of a stress from `a` to `b` on a virtual displacement."""
-        de = strain.change(mid, dq)
-        if a is b:
-            return lambda stress: ufl.dot(stress, de)
-        change, seen = strain.value(b) - strain.value(a), strain.change(mid, b - a)
-        scaled = ufl.as_vector([w * s for w, s in zip(self._weight, seen, strict=True)])
-        square = ufl.dot(scaled, seen)
-        # falls off fast, so that it is not seen in the energy at steps that are small and no more
-        along = ufl.dot(scaled, de) * square / (square**2 + TINY_STRAIN**2)
-        return lambda stress: ufl.dot(stress, de) + ufl.dot(stress, change - seen) * along
+    de = strain.change(mid, dq)
+    if a is b:
+        return lambda stress: ufl.dot(stress, de)
+    change, seen = strain.value(b) - strain.value(a), strain.change(mid, b - a)
+    scaled = ufl.as_vector([w * s for w, s in zip(weight, seen, strict=True)])
+    square = ufl.dot(scaled, seen)
+    # falls off fast, so that it is not seen in the energy at steps that are small and no more
+    along = ufl.dot(scaled, de) * square / (square**2 + TINY_STRAIN**2)
+    return lambda stress: ufl.dot(stress, de) + ufl.dot(stress, change - seen) * along
 
 
 class StrainPath:

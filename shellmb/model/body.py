@@ -5,20 +5,18 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Rows, Step
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.multipliers import Constraints
 
 TimeFunction = Callable[[float], float]
-Dofs = npt.NDArray[np.int32]
-Values = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class PrescribedTurn:
     unknown: bool
 
 
-def slope_from(motion: Callable[[float], Values], t: float, h: float) -> Values:
+def slope_from(motion: Callable[[float], Floats], t: float, h: float) -> Floats:
     """Derivative at one end of an interval beyond which a motion need not be defined, order 4.
 
     Args:
@@ -78,21 +76,19 @@ class FixedDofs:
         turn: The rotation that the values are of; None: they are of none.
     """
 
-    dofs: Dofs
-    value: Callable[[float], npt.NDArray[np.float64]]
+    dofs: Int32s
+    value: Callable[[float], Floats]
     moving: bool
     turn: PrescribedTurn | None = None
 
-    def rate(self, h: float, t: float = 0.0) -> Values:
+    def rate(self, h: float, t: float = 0.0) -> Floats:
         """Rates at a time, shape (n,).
 
         Args:
             h: Step of the difference, s.
             t: The time, s.
         """
-        if not self.moving:
-            return np.zeros(len(self.dofs))
-        return slope_from(self.value, t, h)
+        return slope_from(self.value, t, h) if self.moving else np.zeros(len(self.dofs))
 
 
 @dataclass(frozen=True)
@@ -104,9 +100,9 @@ class NodeLink:
         targets: Global dofs in its mixed space.
     """
 
-    dofs: Dofs
+    dofs: Int32s
     body: str
-    targets: npt.NDArray[np.int64]
+    targets: Ints
 
 
 class Rates(NamedTuple):
@@ -152,24 +148,29 @@ class SubInterval(Protocol):
     @property
     def span(self) -> Interval:
         """States of the step as expressions."""
-        ...
 
     @property
     def rows(self) -> Rows | None:
         """States as functions that follow the unknown ones; None where there are no such."""
-        ...
 
 
-class LoadFactors(Protocol):
-    """The loads of a body with the time factors of one stage of a scheme."""
+@dataclass(frozen=True)
+class LoadFactors:
+    """The loads of a body with the time factors of one stage of a scheme.
 
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work at the configuration `mid`; None without loads."""
-        ...
+    Args:
+        times: Function of time of each load; None: it is constant.
+        take: Takes the factors, shape (n,).
+        virtual_work: Virtual work at a configuration in a direction; None where there is none.
+    """
+
+    times: Sequence[TimeFunction | None]
+    take: Callable[[Floats], None]
+    virtual_work: Callable[[Expr, Expr], Form | None]
 
     def update(self, average: Callable[[TimeFunction | None], float]) -> None:
         """Set the time factors; `average` turns a load's time function into a number."""
-        ...
+        self.take(np.array([average(time) for time in self.times]))
 
 
 class Elastic(Protocol):
@@ -177,15 +178,12 @@ class Elastic(Protocol):
 
     def energy(self, q: Expr) -> Form:
         """Energy of a state, J."""
-        ...
 
     def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of eq. (34) for the jump from `a` to `b`, J."""
-        ...
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work over a sub-interval, or at a single state."""
-        ...
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
         """Virtual work over a sub-interval by kernels that know no scheme; None: `interval`."""
@@ -206,14 +204,13 @@ class Elastic(Protocol):
             step: The step.
             held: State that holds the bow of the resultants, `N_i + N_f - 2 <N>`.
         """
-        ...
 
 
 def _same[T](b: T, mid: T) -> T:
     return b
 
 
-def _same_back(b: Values, mid: Values, of: Values) -> tuple[Values, Values]:
+def _same_back(b: Floats, mid: Floats, of: Floats) -> tuple[Floats, Floats]:
     return of, np.zeros_like(of)
 
 
@@ -230,11 +227,11 @@ class Manifold:
         tangent_back: Covectors of the jump and of the state for one of that.
     """
 
-    directors: Values | None = None
+    directors: Floats | None = None
     inertialess: bool = False
     tangent: Callable[[Expr, Expr], Expr] = _same
-    tangent_values: Callable[[Values, Values], Values] = _same
-    tangent_back: Callable[[Values, Values, Values], tuple[Values, Values]] = _same_back
+    tangent_values: Callable[[Floats, Floats], Floats] = _same
+    tangent_back: Callable[[Floats, Floats, Floats], tuple[Floats, Floats]] = _same_back
 
 
 class Body:
@@ -271,12 +268,12 @@ class Body:
     slenderness: float = 1.0
     jump_parts: frozenset[str] = frozenset()
     damping: Any = None
-    slowing: fem.Constant | None = None
+    slowing: fem.Constant | fem.Function | None = None
     manifold: Manifold = Manifold()
     arms: Any = None
-    follow: Callable[[Values], None] | None = None
+    follow: Callable[[Floats], None] | None = None
     vectors_at: Callable[[Expr], Mapping[str, Sequence[Expr]]] | None = None
-    sizes_at: Callable[[Values], dict[str, Any]] | None = None
+    sizes_at: Callable[[Floats], dict[str, Any]] | None = None
 
     def __init__(
         self,
@@ -325,14 +322,14 @@ class Body:
         """Virtual work of forces in proportion to the momentum; None without any."""
         if self.slowing is None or rates is None:
             return None
-        form = self.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
-        return None if form is None else -self.slowing * form
+        rate = rates.chord if rates.weighed is None else rates.weighed
+        return self.inertia(-self.slowing * rate, dq)
 
 
 class MassiveBody(Body):
     """A body with places, whose momenta are its inertia on rigid motions."""
 
-    def node_positions(self) -> Values:
+    def node_positions(self) -> Floats:
         """Reference positions of the local nodes (owned and ghost), shape (n, 3), m."""
         return self.mixed.nodes("u")
 
@@ -404,7 +401,7 @@ def constraint_error(body: Body, q: fem.Function) -> float:
     return float(constraint_errors(body, q.x.array[None])[0])
 
 
-def constraint_errors(body: Body, states: Values) -> Values:
+def constraint_errors(body: Body, states: Floats) -> Floats:
     """Largest violations of a body's constraints on this rank, relative, shape (k,).
 
     Args:
@@ -415,7 +412,7 @@ def constraint_errors(body: Body, states: Values) -> Values:
     return np.asarray(np.maximum.reduce(found))
 
 
-def largest(values: Values) -> Values:
+def largest(values: Floats) -> Floats:
     """Largest absolute value of each of some arrays, shape (k,) from (k, ...)."""
     # `reduce` and not `max`: Python around it takes longer than the numbers
     every = np.abs(values).reshape(len(values), -1)

@@ -17,8 +17,8 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
-from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import Measure, linear
+from shellmb.forms.steps import potentials as springs
 from shellmb.forms.steps.mixed import Stiffness
 from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
@@ -237,9 +237,6 @@ class Springs(ElementGroup):
             return super().holds(step)
         return np.array([item.parameter > 0 for item in self.items])
 
-    def _extension(self, q: Expr) -> Expr:
-        return self.x(q) - self.rest
-
     def potential(self, e: Expr) -> Expr:
         """Energy as a function of the measure."""
         return self._potential(self.size * e[0] - self.rest)
@@ -262,7 +259,7 @@ class Springs(ElementGroup):
         if not any(item.rest for item in self.items):
             return moved
         return moved._replace(
-            value=lambda q: ufl.as_vector([self._extension(q)]),
+            value=lambda q: ufl.as_vector([self.x(q) - self.rest]),
             rest=lambda q: ufl.as_vector([-self.rest]),
         )
 
@@ -365,10 +362,8 @@ class Stops(ElementGroup):
     def potential(self, e: Expr) -> Expr:
         """Energy of what is beyond either limit."""
         x = self.size * e[0]
-        first, second = (
-            forms.energy(self._beyond(x, limit, sign), *self._law) for limit, sign in self._limits
-        )
-        return first + second
+        beyond = (self._beyond(x, limit, sign) for limit, sign in self._limits)
+        return sum((forms.energy(depth, *self._law) for depth in beyond), start=0 * x)
 
     def _beyond(self, x: Expr, limit: Expr, sign: int) -> Expr:
         return sign * (x - limit) + FAR * self.always
@@ -395,12 +390,7 @@ class Stops(ElementGroup):
         return held + self._damping_force(x, rate) if self._damped else held
 
 
-_KINDS: dict[str, type[ElementGroup]] = {
-    "spring": Springs,
-    "damper": Dampers,
-    "motor": Motors,
-    "stop": Stops,
-}
+_KINDS = {"spring": Springs, "damper": Dampers, "motor": Motors, "stop": Stops}
 
 
 def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:

@@ -21,13 +21,15 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Body, NodeLink, PartScale, TimeFunction, added
+from shellmb.model.body import Body, LoadFactors, NodeLink, PartScale, TimeFunction, added
 from shellmb.native.expressions import values_at_states
 
-Average = Callable[[TimeFunction | None], float]
 
-
-class TimedLoads[T]:
+def timed_loads[T](
+    domain: mesh.Mesh,
+    loads: Sequence[tuple[TimeFunction | None, T]],
+    work: Callable[[T, Expr, Expr], Form],
+) -> LoadFactors:
     """Loads of a body, each multiplied by a factor that the scheme sets.
 
     Args:
@@ -35,30 +37,26 @@ class TimedLoads[T]:
         loads: The loads, each with its function of time.
         work: Virtual work of a load for a factor of one, at a configuration in a direction.
     """
+    factors = [fem.Constant(domain, 0.0) for _ in loads]
+    # where they stand in memory: to set a constant by DOLFINx takes as long as a small body
+    values = [np.asarray(factor.value) for factor in factors]
 
-    def __init__(
-        self,
-        domain: mesh.Mesh,
-        loads: Sequence[tuple[TimeFunction | None, T]],
-        work: Callable[[T, Expr, Expr], Form],
-    ) -> None:
-        self._loads, self._work = loads, work
-        self._factors = [fem.Constant(domain, 0.0) for _ in loads]
-        # where they stand in memory: to set a constant by DOLFINx takes as long as a small body
-        self._values = [np.asarray(factor.value) for factor in self._factors]
+    def take(numbers: Floats) -> None:
+        for value, number in zip(values, numbers, strict=True):
+            value[...] = number
 
-    def update(self, average: Average) -> None:
-        """Set the factors from the loads' time functions."""
-        for (time, _), value in zip(self._loads, self._values, strict=True):
-            value[...] = average(time)
+    def virtual_work(mid: Expr, dq: Expr) -> Form | None:
+        return added(c * work(load, mid, dq) for c, (_, load) in zip(factors, loads, strict=True))
 
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of all loads at the configuration `mid` in the direction `dq`."""
-        pairs = zip(self._loads, self._factors, strict=True)
-        return added(factor * self._work(load, mid, dq) for (_, load), factor in pairs)
+    return LoadFactors([time for time, _ in loads], take, virtual_work)
 
 
-class NodeLoads:
+def node_loads(
+    nodes: NodeMesh,
+    values: Floats,
+    times: Sequence[TimeFunction | None],
+    work: Callable[[Expr, Expr, Expr], Expr],
+) -> LoadFactors:
     """Loads at a node each, multiplied by factors that the scheme sets.
 
     Args:
@@ -67,25 +65,12 @@ class NodeLoads:
         times: Their functions of time.
         work: Virtual work of loads at a configuration in a direction.
     """
-
-    def __init__(
-        self,
-        nodes: NodeMesh,
-        values: Floats,
-        times: Sequence[TimeFunction | None],
-        work: Callable[[Expr, Expr, Expr], Expr],
-    ) -> None:
-        self._nodes, self._values, self._times, self._work = nodes, values, times, work
-        self._loads = constant_vector(nodes, 0 * values, "loads")
-
-    def update(self, average: Average) -> None:
-        """Set the loads from their time functions."""
-        factors = np.array([average(time) for time in self._times])
-        set_constants(self._loads, self._nodes, factors[:, None] * self._values)
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the loads at the configuration `mid`."""
-        return self._work(self._loads, mid, dq) * ufl.dx(self._nodes.mesh)
+    loads = constant_vector(nodes, 0 * values, "loads")
+    return LoadFactors(
+        times,
+        lambda factors: set_constants(loads, nodes, factors[:, None] * values),
+        lambda mid, dq: work(loads, mid, dq) * ufl.dx(nodes.mesh),
+    )
 
 
 class Scale(NamedTuple):
@@ -134,15 +119,12 @@ class Places(Protocol):
     @property
     def targets(self) -> Mapping[str, Targets]:
         """Parts of the group's space with what they are of the bodies."""
-        ...
 
     def bind(self, nodes: NodeMesh) -> None:
         """Take the group's node mesh, with one node for each place."""
-        ...
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The places and their vectors at a state of the group."""
-        ...
 
 
 class NodeGroup(Body):
@@ -169,7 +151,7 @@ class NodeGroup(Body):
         parts: tuple[PartScale, ...] = (),
     ) -> None:
         self.nodes = nodes = node_mesh(comm, count)
-        wanted = dict(targets)
+        wanted, self._at = dict(targets), places
         for place in places:
             wanted |= place.targets
             place.bind(nodes)
@@ -184,6 +166,10 @@ class NodeGroup(Body):
                 links.append(NodeLink(rows[mine].ravel(), body, there[mine].ravel()))
         super().__init__(name, mixed, parts, tuple(links))
         self.layout, self.dx = Layout(mixed.parts), ufl.dx(nodes.mesh)
+
+    def places(self, q: Expr) -> list[Place]:
+        """Places of the items and their vectors at a state."""
+        return [place.place(q, self.layout) for place in self._at]
 
     def per_item(self, values: Any, name: str) -> fem.Function:
         """A function with values of its own at each item, shape (n, ...)."""

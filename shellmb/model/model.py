@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from mpi4py import MPI
@@ -13,26 +13,20 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.lifetime import make_room
 from shellmb.meshes.mesh import build_surface
+from shellmb.model import sanity_checks
 from shellmb.model.body import Body
 from shellmb.model.frames.beam import BeamModel, build_beam
-from shellmb.model.frames.rigid import RigidBodies, ground_node, rigid_node
+from shellmb.model.frames.rigid import GROUND_FRAME, RigidBodies
 from shellmb.model.frames.rigid_from_mesh import rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism
-from shellmb.model.locations.nodes import Finder
+from shellmb.model.locations.nodes import place_on
 from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
 from shellmb.model.potentials.points import ActingPoints
 from shellmb.model.potentials.volume import Filling, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
-from shellmb.model.sanity_checks import (
-    check_probes,
-    doubt_slits,
-    doubt_thickness,
-    doubt_units,
-    doubt_unjoined,
-)
 from shellmb.model.sections.natural import Distributed, doubt_natural
 from shellmb.model.shell_contact.faces import faces_contacts
 from shellmb.model.shells.joins import glue_beams, hold_glued, join_shells, line_along
@@ -68,6 +62,7 @@ class Model:
         bodies: All bodies of the system.
         shells: The shells by name.
         beams: The beams by name.
+        meshed: Both.
         own: Bodies of the user's own with places, by name.
         rigid: The rigid bodies, and ground; None without any.
         mechanism: Joints, and what drives and resists them.
@@ -115,9 +110,10 @@ class Model:
             b.name: build_beam(b, comm, self._loads_of(b), dynamic, own_lines.get(b.name))
             for b in scene.beams
         }
-        doubt_thickness(comm, self.meshed.values())
-        doubt_slits(comm, self.shells)
-        doubt_units(comm, scene, self.meshed.values())
+        self.meshed: dict[str, ShellModel | BeamModel] = {**self.shells, **self.beams}
+        sanity_checks.doubt_thickness(comm, self.meshed.values())
+        sanity_checks.doubt_slits(comm, self.shells)
+        sanity_checks.doubt_units(comm, scene, self.meshed.values())
         doubt_natural(comm, scene.t_end, self.meshed)
 
         own, self.own = build_own_bodies(scene, comm)
@@ -136,9 +132,14 @@ class Model:
         times = [part * scene.given_until for part in COMPARED]
         glued = glue_beams(scene, self.beams, self.shells, lines)
         prescribed = Prescribed(aliases([*self.meshed.values()], comm), times, scene.linear)
-        self.planes = self._hold(places, prescribed)
+        for support in scene.supports:
+            for body in scene.bodies_of(support):
+                SupportRows(support, places[body.name], body, prescribed, dynamic)
+        prescribed.settle()
+        self.planes = prescribed.planes
         refuse_idle_loads(scene, self.meshed, prescribed)
-        find = Finder(scene, places, {} if self.rigid is None else self.rigid.ends())
+        frames = {} if self.rigid is None else self.rigid.ends()
+        find = partial(place_on, scene, places, frames)
         self.bodies += [*self.planes, *hold_glued(scene, glued, prescribed)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
         self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
@@ -148,7 +149,7 @@ class Model:
         self.bodies += point_loads(scene, comm, find)
         meshes = self.meshed, self.rigid_meshes
         points_of = ActingPoints(described, find, *meshes, modal_points(self.bodies))
-        users, self.contacts = potential_groups(points_of, comm, self.length)
+        users, self.contacts = potential_groups(points_of, scale)
         self.potentials: list[PotentialGroup] = [*users, *self.contacts]
         self.bodies += self.potentials
 
@@ -156,14 +157,9 @@ class Model:
         self.bodies += [body for volume in self.volumes for body in (volume, *volume.surfaces)]
 
         resolve_links(self.bodies, comm)
-        check_probes(scene, places)
-        doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
+        sanity_checks.check_probes(scene, places)
+        sanity_checks.doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
         self.faces = faces_contacts(points_of, self.shells, self.length)
-
-    @property
-    def meshed(self) -> dict[str, ShellModel | BeamModel]:
-        """Shells and beams by name."""
-        return {**self.shells, **self.beams}
 
     @property
     def stores(self) -> list[PotentialGroup | Filling]:
@@ -267,17 +263,11 @@ class Model:
     def _rigid(self, scale: Scale) -> RigidBodies | None:
         """Rigid bodies and ground; None without any."""
         scene = self.scene
-        nodes = [rigid_node(body, scale.length) for body in scene.rigid_bodies]
         ends = [(j.first, j.second) for j in scene.joints]
         ends += [(e.first, e.second) for e in scene.point_elements]
-        if any(GROUND in pair for pair in ends):
-            nodes.append(ground_node())
-        if not nodes:
-            return None
-        gravity = [
-            (load, frozenset(body.name for body in scene.bodies_of(load))) for load in scene.weights
-        ]
-        return RigidBodies(scale, nodes, not scene.static, gravity)
+        grounded = any(GROUND in pair for pair in ends)
+        bodies = [*scene.rigid_bodies, *([GROUND_FRAME] if grounded else [])]
+        return RigidBodies(scene, scale, bodies) if bodies else None
 
     @property
     def _points(self) -> Floats:
@@ -314,24 +304,6 @@ class Model:
         mass += sum(body.total_mass for body in self.own.values())
         mass += sum(b.beam.section.mass[0] * b.domain.length for b in self.beams.values())
         return (mass or 1.0) * self.length / scene.dt**2
-
-    def _hold(self, places: dict[str, Any], prescribed: Prescribed) -> list[NodalConstraint]:
-        """Hold and move bodies; what all supports prescribe is looked through at once.
-
-        Returns:
-            Planes that are not axis-parallel and hold nodes.
-
-        Raises:
-            SceneError: If supports contradict one another.
-        """
-        planes: list[NodalConstraint] = []
-        for support in self.scene.supports:
-            for body in self.scene.bodies_of(support):
-                held, dynamic = places[body.name], not self.scene.static
-                rows = SupportRows(support, held, body, prescribed, dynamic)
-                rows.collect()
-                planes += rows.arms
-        return [*planes, *prescribed.settle()]
 
     def _check_turnable(self) -> None:
         """Check that directors with joints on them have inertia in motion, or velocities are open.

@@ -57,7 +57,7 @@ class Constraints:
         row = self.law.jump(step, dq) if self.moving else None
         if row is None:
             return None
-        impulses = ConstraintRow(row.impulse, None, row.value, (step.jump, None))
+        impulses = ConstraintRow(row.impulse, row.value, step.jump)
         # of linear constraints there is no force: zero, on the mesh
         forces = [a * row.force[k] for k, a in enumerate(self._of(step.jump))]
         return self._form(impulses, dq), self._weighed(forces) * self.dx
@@ -73,11 +73,10 @@ class Constraints:
         return sum(forced[1:], forced[0])
 
     def _form(self, row: ConstraintRow, dq: Expr) -> Form:
-        holder, second = row.multipliers
-        mu, dmu, count = self._of(holder), self._of(dq), row.own.ufl_shape[0]
+        mu, dmu, count = self._of(row.holder), self._of(dq), row.own.ufl_shape[0]
         parts = [mu[k] * row.own[k] + dmu[k] * row.value[k] for k in range(count)]
-        if row.other is not None and second is not None:
-            others = self._of(second)
+        if row.other is not None and row.second is not None:
+            others = self._of(row.second)
             parts = [part + others[k] * row.other[k] for k, part in enumerate(parts)]
         if self.on is not None:
             on = [self.on] if not self.on.ufl_shape else [self.on[k] for k in range(len(parts))]

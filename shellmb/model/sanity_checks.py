@@ -17,17 +17,10 @@ from shellmb.errors import SceneError, warn
 from shellmb.forms import frame as frame_forms
 from shellmb.forms.shell import along
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.locations.nodes import (
-    ON_NODE,
-    is_point,
-    local_nodes,
-    local_point,
-    said_point,
-    surrounding,
-)
+from shellmb.model.locations import nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
-from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
+from shellmb.scene import EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
 from shellmb.scene.lookup import by_kind, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.units import parse_units
@@ -100,12 +93,12 @@ def check_probes(scene: Scene, meshed: Mapping[str, Any]) -> None:
         if target.name in meshed:
             body, who = meshed[target.name], f"probe '{probe.name}'"
             places: Any = [probe.at]
-            if is_point(probe.at):
-                places, _ = surrounding(body, probe.at, who)
+            if nodes.is_point(probe.at):
+                places, _ = nodes.surrounding(body, probe.at, who)
             for place in places:
-                local_point(body, place, who)
+                nodes.local_point(body, place, who)
         if probe.frame is not None and probe.frame in meshed:
-            local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
+            nodes.local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
 
 
 def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> None:
@@ -135,7 +128,7 @@ def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> No
     worst = min(map(tuple, found), default=(np.inf,))
     least, *x = min(domain.comm.allgather(worst))
     if least < COLLAPSED:
-        place, share = said_point(np.array(x), body.domain.length), round(least, 3) + 0.0
+        place, share = nodes.said_point(np.array(x), body.domain.length), round(least, 3) + 0.0
         raise SceneError(
             f"{who}: at {place} {share:g} of the {what} is left, along the directors; it "
             "must be greater than 0 everywhere: the shape must not map to a point or line, fold, "
@@ -323,7 +316,7 @@ class _Shell:
     """
 
     def __init__(self, model: ShellModel) -> None:
-        self.close = 2 * ON_NODE * model.surface_mesh.length
+        self.close = 2 * nodes.ON_NODE * model.surface_mesh.length
         every = model.mixed.nodes("u")
         owned = np.arange(len(every)) < model.mixed.subspaces["u"].dofmap.index_map.size_local
         comm = model.domain.mesh.comm
@@ -332,7 +325,9 @@ class _Shell:
             return np.concatenate(comm.allgather(every[nodes[owned[nodes]]]))
 
         self.nodes = gathered(np.arange(len(every)))
-        edges = {e: gathered(local_nodes(model, e, "edges")) for e in model.surface_mesh.edges}
+        edges = {
+            e: gathered(nodes.local_nodes(model, e, "edges")) for e in model.surface_mesh.edges
+        }
         # a pole is no edge
         self.edges = {e: x for e, x in edges.items() if len(x) > 2 and np.ptp(x, axis=0).max() > 0}
 
@@ -410,15 +405,12 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     elements: tuple[Any, ...] = scene.force_elements
     direct += [(e.first, e.second) for e in elements if hasattr(e, "second")]
     for contact in scene.contacts:
-        direct += [(body.name, _touched(contact)) for body in scene.bodies_of(contact)]
+        touched = getattr(contact.obstacle, "shell", None) or contact.obstacle_body or GROUND
+        direct += [(body.name, touched) for body in scene.bodies_of(contact)]
     for first, second in (*ends, *direct, *((h.first, h.second) for h in hinges)):
         if GROUND not in (first, second):
             _tie(linked, first, second)
     return edges, joined, linked, {frozenset(pair) for pair in direct}
-
-
-def _touched(contact: Contact) -> str:
-    return getattr(contact.obstacle, "shell", None) or contact.obstacle_body or GROUND
 
 
 def _named(where: Any) -> Iterable[str]:

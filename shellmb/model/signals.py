@@ -1,7 +1,5 @@
 """Present values of the scene's signals: commands of controllers, and switches of events."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -39,7 +37,7 @@ class Way:
         s = t - self.begin
         return self.place + s * (self.rate + s * self.acceleration / 2)
 
-    def on(self, t: float, acceleration: float) -> Way:
+    def on(self, t: float, acceleration: float) -> "Way":
         """The motion that goes on from a time [s] with another acceleration."""
         return Way(t, self.at(t), self.rate + (t - self.begin) * self.acceleration, acceleration)
 

@@ -61,22 +61,18 @@ def resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
     for name, number in alias:
         linked.setdefault(name, []).append(number)
     for body in bodies:
-        resolved: dict[str, tuple[list[int], list[int]]] = {}
         index_map = body.mixed.space.dofmap.index_map
         count = index_map.size_local + index_map.num_ghosts
         numbers = index_map.local_to_global(np.arange(count, dtype=np.int32))
-        for dof in np.flatnonzero(np.isin(numbers, linked.get(body.name, []))):
-            name, target = linked_to(alias, (body.name, int(numbers[dof])))
-            dofs, targets = resolved.setdefault(name, ([], []))
-            dofs.append(int(dof))
-            targets.append(target)
+        dofs = np.flatnonzero(np.isin(numbers, linked.get(body.name, []))).astype(np.int32)
+        ends = [linked_to(alias, (body.name, int(number))) for number in numbers[dofs]]
+        owners = np.array([name for name, _ in ends], dtype=str)
+        targets = np.array([target for _, target in ends], dtype=np.int64)
         # numbering links is collective: every rank has a link to the same bodies, if an empty one
-        names = sorted(set().union(*comm.allgather(set(resolved))))
-        body.links = tuple(_as_link(name, *resolved.get(name, ([], []))) for name in names)
-
-
-def _as_link(name: str, dofs: list[int], targets: list[int]) -> NodeLink:
-    return NodeLink(np.array(dofs, dtype=np.int32), name, np.array(targets, dtype=np.int64))
+        names = sorted(set().union(*comm.allgather({name for name, _ in ends})))
+        body.links = tuple(
+            NodeLink(dofs[owners == name], name, targets[owners == name]) for name in names
+        )
 
 
 @dataclass(frozen=True)

@@ -211,14 +211,11 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
     Raises:
         SceneError: If a term fails, or is no virtual work: linear in the variation.
     """
-    tested = bool(extract_arguments(dq))
-    found = []
-    for term in terms:
-        name = f"{who}: term"
-        value = (
-            virtual(term, (point,), name, "point.du") if tested else written(term, (point,), name)
-        )
-        found.append(value)
+    at = (point,), f"{who}: term"
+    if extract_arguments(dq):
+        found = [virtual(term, *at, "point.du") for term in terms]
+    else:
+        found = [written(term, *at) for term in terms]
     return sum(found[1:], found[0])
 
 
@@ -269,10 +266,6 @@ def _said(value: Any) -> str:
     return show(value)
 
 
-# kinds of unknowns that equations are of: of the first place, of the second, values over time
-Groups = tuple[Expr, Expr, Expr, Expr, Expr]
-
-
 def own_kind(joint: OwnJoint, framed: tuple[int, int]) -> JointKind:
     """Kind of a user's joint: as many rows as its function has, of what these depend on.
 
@@ -315,23 +308,6 @@ def _space(size: int) -> ufl.FunctionSpace:
     return ufl.FunctionSpace(mesh, basix.ufl.element("DG", "interval", 0, shape=(size,)))
 
 
-def _unknowns(framed: tuple[int, int], given: int) -> Groups:
-    first, second = (max(3 * n, 1) for n in framed)
-    sizes = 3, first, 3, second, max(given, 1)
-    a, d, b, e, s = (ufl.Coefficient(_space(n)) for n in sizes)
-    return a, d, b, e, s
-
-
-def _arguments(parts: Groups, framed: tuple[int, int], given: int) -> tuple[Any, ...]:
-    """Arguments of a function of equations: places, a length, values."""
-    xs, es = (parts[0], parts[2]), (parts[1], parts[3])
-    places = (
-        Place(x, tuple(ufl.as_vector([e[3 * k + i] for i in range(3)]) for k in range(n)))
-        for x, e, n in zip(xs, es, framed, strict=True)
-    )
-    return (*places, ufl.as_ufl(1.0), *(parts[4][k] for k in range(given)))
-
-
 def check_equations(joint: Joint, kind: JointKind, framed: tuple[int, int], given: int) -> None:
     """See that a joint's equations are as many as it says, quadratic, and about its bodies.
 
@@ -359,9 +335,14 @@ def _looked_through(
     function: Callable[..., list[Expr]], framed: tuple[int, int], given: int
 ) -> tuple[list[list[bool]], list[tuple[int, str]]]:
     """On which unknowns each row of equations depends, and what is wrong with which."""
-    parts = _unknowns(framed, given)
-    rows = function(*_arguments(parts, framed, given))
-    sizes = [ufl.shape(part)[0] for part in parts]
+    # position and vectors of both places, and values over time
+    sizes = [3, max(3 * framed[0], 1), 3, max(3 * framed[1], 1), max(given, 1)]
+    parts = [ufl.Coefficient(_space(n)) for n in sizes]
+    places = (
+        Place(x, tuple(ufl.as_vector([e[3 * k + i] for i in range(3)]) for k in range(n)))
+        for x, e, n in zip(parts[0:4:2], parts[1:4:2], framed, strict=True)
+    )
+    rows = function(*places, ufl.as_ufl(1.0), *(parts[4][k] for k in range(given)))
     whole, found = ufl.Coefficient(_space(sum(sizes))), []
     on_bodies = [[part in extract_coefficients(row) for part in parts[:4]] for row in rows]
     for k, (row, depends) in enumerate(zip(rows, on_bodies, strict=True)):

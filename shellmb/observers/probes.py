@@ -402,7 +402,7 @@ def spot_of(model: Model, name: str, at: Any, who: str, framed: bool = False) ->
         described: Any = model.scene.body(name)
         number = rigid.index[name]
         node = rigid.bodies[number]
-        offset = node.directors @ (described.place(at) - node.center)
+        offset = node.axes.T @ (described.place(at) - node.center)
         here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
         count = len(here)
         return Spot(rigid.name, Nodes(rigid, here), np.tile(offset, (count, 1)), np.ones(count))

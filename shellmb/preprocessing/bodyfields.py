@@ -7,14 +7,14 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.model.body import Body, Dofs, Term
+from shellmb.model.body import Body, Term
 from shellmb.system.assembly.fields import Directors, Field, Link, Part, ResidualTerm
 
 # thickness over length below which resultants are not eliminated: round-off leaves
 # `1e-16 / THIN^2 = 1e-7` of forces of bending, which Newton's method still makes up for
 THIN = 3e-5
 
-NONE: Dofs = np.zeros(0, dtype=np.int32)
+NONE: Int32s = np.zeros(0, dtype=np.int32)
 
 
 def body_field(
@@ -63,7 +63,7 @@ def residual_terms(terms: Iterable[Term], numbers: Sequence[int]) -> tuple[Resid
     )
 
 
-def dofs_of(body: Body, parts: Iterable[str]) -> Dofs:
+def dofs_of(body: Body, parts: Iterable[str]) -> Int32s:
     """Local dofs of some parts of a body, one after the other.
 
     Args:
@@ -111,7 +111,7 @@ def relative_size(body: Body, change: Floats) -> float:
     return largest
 
 
-def elementwise_dofs(body: Body) -> Dofs:
+def elementwise_dofs(body: Body) -> Int32s:
     """Local dofs that are coupled to others of their cell only, and can be eliminated there.
 
     In very thin bodies resultants stay unknowns: without them round-off of strains, times the
@@ -133,24 +133,24 @@ def body_directors(body: Body) -> Directors | None:
     return Directors(body.mixed.dofs["w"].reshape(-1, size), lam, reference)
 
 
-def kinematic_dofs(body: Body) -> Dofs:
+def kinematic_dofs(body: Body) -> Int32s:
     """Local dofs that have velocities."""
     return dofs_of(body, sorted(body.kinematic))
 
 
-def without_jump(body: Body) -> list[Dofs]:
+def without_jump(body: Body) -> list[Int32s]:
     """Dofs of a body that have no equations for velocities, neither its own nor another body's."""
     linked = np.concatenate([*(link.dofs for link in body.links), NONE])
     idle = sorted(body.mixed.parts.keys() - body.jump_parts)
     return [d for d in (body.mixed.dofs[p] for p in idle) if not np.isin(d, linked).any()]
 
 
-def without_impulse(body: Body) -> list[Dofs]:
+def without_impulse(body: Body) -> list[Int32s]:
     """Dofs without an impulse: resultants and a floating frame, which has no mass."""
     floating = [body.mixed.dofs[p] for p in ("frame", "hold") if p in body.mixed.dofs]
     return without_jump(body) + floating
 
 
-def resultant_dofs(body: Body) -> Dofs:
+def resultant_dofs(body: Body) -> Int32s:
     """Local dofs of resultants that belong to the strains of a state, of linear sections."""
     return dofs_of(body, sorted(body.mixed.stresses))

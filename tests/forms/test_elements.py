@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.forms.constraints import elements
 from shellmb.forms.steps import potentials
 
 U = ufl.as_ufl
@@ -27,7 +26,7 @@ def stress(
     beta: ufl.core.expr.Expr | float = 0.0,
 ) -> float:
     """Mean force of a spring whose coordinate is of size one."""
-    smooth = elements.SMALL_INCREMENT
+    smooth = potentials.SMALL_INCREMENT
     found = potentials.interval_stress(lambda e: potential(e[0]), row(a), row(b), beta, smooth)
     return value(found[0])
 
@@ -39,7 +38,7 @@ def jump(
 
 
 POTENTIALS = {
-    "linear": elements.linear_potential(U(3.0)),
+    "linear": potentials.linear_potential(U(3.0)),
     "cubic": lambda e: 2 * e**4 + e**3,
     "pendulum": lambda e: 5 * (1 - ufl.cos(e)),
     "stop": lambda e: 1e3 * ufl.conditional(ufl.gt(e, 0.5), (e - 0.5) ** 2, 0 * e),
@@ -62,9 +61,9 @@ def test_work_is_the_change_of_the_energy(
 def test_small_increments_neither_jump_nor_divide_by_zero(
     potential: Callable[[ufl.core.expr.Expr], ufl.core.expr.Expr],
 ) -> None:
-    slope = value(elements.slope(potential, U(0.3)))
+    slope = value(potentials.slope(potential, U(0.3)))
     assert stress(potential, 0.3, 0.3) == pytest.approx(slope, rel=1e-14)
-    limit = elements.SMALL_INCREMENT
+    limit = potentials.SMALL_INCREMENT
     inside, outside = (stress(potential, 0.3, 0.3 + f * limit) for f in (1 - 1e-9, 1 + 1e-9))
     # the correction loses four of sixteen digits
     assert inside == pytest.approx(outside, abs=1e-11 * max(1.0, abs(slope)))
@@ -72,8 +71,8 @@ def test_small_increments_neither_jump_nor_divide_by_zero(
 
 def test_the_stiffness_of_linear_springs_is_that_of_their_energy() -> None:
     k, a, b, beta = U(3.0), 0.2, -0.5, 0.7
-    potential = elements.linear_potential(k)
-    own = value(elements.linear_stiffness(k))
+    potential = potentials.linear_potential(k)
+    own = value(potentials.linear_stiffness(k))
     force = own * ((a + b) / 2 + beta * (b - a) / 2)
     assert stress(potential, a, b, U(beta)) == pytest.approx(force, rel=1e-14)
     assert jump(potential, a, b) == pytest.approx(own * (b - a) ** 2 / 2, rel=1e-14)

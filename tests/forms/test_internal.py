@@ -7,7 +7,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.forms.steps.mixed import Interval, vector
+from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import strain_energy
 from shellmb.schemes.base import at_state, interval
 from shellmb.schemes.residuals.residual import interval_forces, jump_energy
@@ -80,7 +80,7 @@ def test_work_of_a_state_is_the_derivative_of_the_energy(panel, rng, turn) -> No
 def strains_at_points(panel: Any) -> np.ndarray:
     """The eight strains at the four corners of a square inside each cell."""
     points = np.array([[0.2, 0.2], [0.6, 0.2], [0.2, 0.6], [0.3, 0.3]])
-    expression = fem.Expression(vector(panel.body.strains(panel.b)), points)
+    expression = fem.Expression(panel.body.strain.value(panel.b), points)
     cells = np.arange(panel.body.surface_mesh.mesh.topology.index_map(2).size_local)
     return expression.eval(panel.body.surface_mesh.mesh, cells.astype(np.int32))
 

@@ -17,7 +17,8 @@ from ufl.core.expr import Expr
 from ufl.domain import extract_unique_domain
 
 from shellmb.forms import beam, contact, frame, shell
-from shellmb.forms.constraints import elements, joints
+from shellmb.forms.constraints import joints
+from shellmb.forms.steps import potentials
 from shellmb.model.body import constraint_error
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
@@ -290,7 +291,7 @@ def test_energies_of_contacts_and_springs(scheme: str, monkeypatch: pytest.Monke
     before = run()
     for name, module, energy in (
         ("contact", contact, "energy"),
-        ("spring", elements, "linear_potential"),
+        ("spring", potentials, "linear_potential"),
     ):
         stiffer = run(**{name: 1.5})
         written = getattr(module, energy)

@@ -48,8 +48,8 @@ def _end(scene: Scene) -> np.ndarray:
     assert rigid is not None
     q = simulation.problem.levels[rigid.name].q.x.array
     node = rigid.bodies[rigid.index["second"]]
-    frame = node.directors + q[rigid.local("second", "w")].reshape(3, 3)
-    arm = node.directors @ (np.array(C) - node.center)
+    frame = node.axes.T + q[rigid.local("second", "w")].reshape(3, 3)
+    arm = node.axes.T @ (np.array(C) - node.center)
     return node.center + q[rigid.local("second", "u")] + arm @ frame
 
 

@@ -139,7 +139,7 @@ def test_equilibrium_of_a_chain_with_springs(stiffness: float, rod, watch) -> No
     centers = [rigid.bodies[rigid.index[f"rod{k}"]].center for k in range(count)]
     x = np.array([c + q[rigid.local(f"rod{k}", "u")] for k, c in enumerate(centers)])
     # a rod's angle with x from its axis d1, which was along x
-    turned = [rigid.bodies[rigid.index[f"rod{k}"]].directors[0] for k in range(count)]
+    turned = [rigid.bodies[rigid.index[f"rod{k}"]].axes[:, 0] for k in range(count)]
     along = [d + q[rigid.local(f"rod{k}", "w")][:3] for k, d in enumerate(turned)]
     angles = np.array([np.arctan2(-d[2], d[0]) for d in along])
     assert angles[0] > 0.05

@@ -15,7 +15,7 @@ from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import build_surface
 from shellmb.meshes.shared import Meshes
 from shellmb.meshes.spaces import MixedSpace, shell_space
-from shellmb.model.shells.positions import interpolated
+from shellmb.model.shells.positions import field_of
 
 STEEL = sm.Isotropic(210e9, 0.3, thickness=4e-3, density=7800.0)
 
@@ -94,7 +94,7 @@ def test_parts_have_the_numbers_of_the_whole(surface: sm.Surface, degree: Litera
     shell = sm.Shell("s", surface, STEEL, mesh=(3, 3), degree=degree)  # type: ignore[arg-type]
     made = build_surface(shell, MPI.COMM_WORLD)
     space, x = shell_space(made.mesh, degree, False), ufl.SpatialCoordinate(made.mesh)
-    weights = fem.Function(space.subspaces["u"]), interpolated(lambda x: x[0], space, 1, "weight")
+    weights = fem.Function(space.subspaces["u"]), field_of(lambda x: x[0], space, 1, "weight")
     weights[0].x.array[:] = space.nodes("u").ravel()
     for found, right in zip(weights, (x, x[0]), strict=True):
         away = fem.assemble_scalar(fem.form(ufl.inner(found - right, found - right) * ufl.dx))

@@ -222,8 +222,8 @@ FAULTS = (
     Fault(
         "springs whose natural length is forgotten",
         "shellmb/model/elements.py",
-        "return self.x(q) - self.rest",
-        "return self.x(q)",
+        "ufl.as_vector([self.x(q) - self.rest])",
+        "ufl.as_vector([self.x(q)])",
         (f"{ACTING}::test_two_coordinates_of_a_cylindrical_joint",),
     ),
     Fault(
@@ -236,8 +236,8 @@ FAULTS = (
     Fault(
         "windows that end one step late",
         "shellmb/model/joints/switches.py",
-        "any(start <= late < end for start, end in windows)",
-        "any(start <= late <= end + 1 for start, end in windows)",
+        "any(start <= late < end for start, end in w)",
+        "any(start <= late <= end + 1 for start, end in w)",
         (f"{ACTING}::test_lock_holds_and_releases",),
     ),
     # loads

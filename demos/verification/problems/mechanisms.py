@@ -66,7 +66,7 @@ class RigidPath(BaseObserver):
         owned = rigid.node_mesh.mesh.topology.index_map(1).size_local
         if np.any(rigid.node_mesh.item[:owned] == rigid.index[self.body]):
             here[:3] = described.center + q[rigid.local(self.body, "u")]
-            here[3:] = described.directors.ravel() + q[rigid.local(self.body, "w")]
+            here[3:] = described.axes.T.ravel() + q[rigid.local(self.body, "w")]
         simulation.model.comm.Allreduce(MPI.IN_PLACE, here)
         self.time.append(simulation.t)
         self.positions.append(here[:3])

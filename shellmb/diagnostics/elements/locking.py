@@ -26,7 +26,8 @@ from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, split
+from shellmb.forms.shell import named
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, split
 from shellmb.meshes.shared import space_on, sums_at_nodes
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.shells.shell import ShellModel
@@ -143,11 +144,11 @@ def _strains(body: ShellModel, q: Expr) -> list[Expr]:
     if isinstance(form, LinearMixed):
         eps, gam = form.stretch(n, e), form.G_inv * Q
     else:
-        eps, gam = split(body.layout.cells.strain(body.layout.forces(q, "S")))
+        eps, gam = split(body.layout.tying.strain(body.layout.forces(q, "S")))
     if not body.shell.stretching:
         assert isinstance(form, LinearOwn)
         eps = ufl.inv(12 / body.thickness**2 * form.D) * n
-    return [*eps, *bending(e), *gam]
+    return [*eps, *named(e).kap, *gam]
 
 
 def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:

@@ -18,7 +18,7 @@ from shellmb.arrays import Floats
 from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
-from shellmb.forms.floating import beam as floating
+from shellmb.forms.floating import strains as floating
 from shellmb.forms.floating.frame import frame_constraints, of_beam
 from shellmb.forms.frame import FrameMass, momenta, vectors
 from shellmb.forms.measure import Measure
@@ -27,15 +27,13 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
-from shellmb.model.body import LoadFactors, PartScale, Rates
+from shellmb.model.body import PartScale, Rates
 from shellmb.model.frames.frame import FRAME, Floating, FrameBody
-from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import Fading, MaxwellBranches, StrainDamping, slowing
-from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.sections.section import SLACK, line_rules, over_line
+from shellmb.model.sections.natural import Distributed, LoadedBody
+from shellmb.model.sections.section import SLACK, integral, line_rules
 from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.positions import field_of
-from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection
 from shellmb.scene.loads.loads import FollowerLineForce, Gravity, LineForce, LineMoment
 from shellmb.scene.lookup import of_kind
@@ -178,7 +176,7 @@ def bind_beam_mass(section: BeamSection, domain: mesh.Mesh) -> FrameMass:
     return FrameMass(fem.Constant(domain, float(m)), (None, s2, s3), J)
 
 
-class BeamModel(FrameBody):
+class BeamModel(FrameBody, LoadedBody):
     """A beam.
 
     Args:
@@ -198,6 +196,8 @@ class BeamModel(FrameBody):
     ) -> None:
         self.beam = self.described = beam
         self.domain, self.extent = domain, ("size of its section", beam.section.size)
+        # its directors at the start
+        self.rigid_axes = domain.triads[0].reshape(3, 3).T
         line = domain.mesh
         mixed = beam_space(line, beam.degree, self.everywhere)
         space = mixed.subspaces["w"]
@@ -205,22 +205,18 @@ class BeamModel(FrameBody):
         # nodes of the parts are listed as those of u
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
+        self.order = order.astype(np.int32)
         self.rules = line_rules(line, beam.degree)
         # integral of densities at as many Gauss points as the degree
-        self.integrate: Integrate = partial(over_line, self.rules.taken[0])
+        self.integrate: Integrate = partial(integral, self.rules.taken)
         self._static = not dynamic
         self.section = bind_beam_section(beam, line, self._static)
-        X = ufl.SpatialCoordinate(line)
-        super().__init__(
-            beam.name,
+        if beam.holds_strains:
             # multipliers have no compliance by which they could be eliminated cell by cell
-            replace(mixed, elementwise=frozenset()) if beam.holds_strains else mixed,
-            frames,
-            order.astype(np.int32),
-            X,
-            self.rules.nodes,
-            self.section.force,
-        )
+            mixed = replace(mixed, elementwise=frozenset())
+        super().__init__(beam.name, mixed)
+        self.frames, self.reference = frames, ufl.SpatialCoordinate(line)
+        self.nodes, self.force = self.rules.nodes, self.section.force
         self.line: Line = beam_forms.line(ufl.Jacobian(line), frames, self.section.centre)
         mass = bind_beam_mass(beam.section, line)
         # an eccentric weight turns the beam whether or not its rotation has inertia
@@ -240,16 +236,15 @@ class BeamModel(FrameBody):
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
         label = f"of beam '{beam.name}'"
-        self.parts = (
-            PartScale("u", f"displacement {label}", domain.length, _ADVICE_MOTION),
-            PartScale("w", f"directors {label}", 1.0, _ADVICE_MOTION),
-            PartScale("N", f"forces {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
-            PartScale("lam", f"director multipliers {label}", slenderness**2, _ADVICE_MOTION),
-        )
-        self.parts += tuple(
-            PartScale(part, f"floating frame {label}", size, _ADVICE_MOTION)
-            for part, size in zip(self.everywhere, (1.0, slenderness**2), strict=False)
-        )
+        scales = {
+            "u": (f"displacement {label}", domain.length, _ADVICE_MOTION),
+            "w": (f"directors {label}", 1.0, _ADVICE_MOTION),
+            "N": (f"forces {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "lam": (f"director multipliers {label}", slenderness**2, _ADVICE_MOTION),
+            "frame": (f"floating frame {label}", 1.0, _ADVICE_MOTION),
+            "hold": (f"floating frame {label}", slenderness**2, _ADVICE_MOTION),
+        }
+        self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of its section; None without any."""
@@ -279,31 +274,21 @@ class BeamModel(FrameBody):
         """Stiffness along it, and mass per length."""
         return float(self.beam.section.stiffness[0, 0]), self.beam.section.mass[0]
 
-    @property
-    def rigid_axes(self) -> Floats:
-        """Axes of a rigid body in its place, in columns: its directors at the start."""
-        return self.domain.triads[0].reshape(3, 3).T
-
     def sizes_at(self, x: Floats) -> dict[str, Any]:
         """Size of its cross-section."""
         return {"size": self.beam.section.size}
 
     def natural_faces(self) -> list[tuple[float, float, float]]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
-        given, half = self.beam.natural, self.beam.section.size / 2
-        assert given is not None
+        given: Any = self.beam.natural
+        half = self.beam.section.size / 2
         twist, *bent = given.curvature
         bend = half * math.hypot(*bent)
         return [(given.extension + side * bend, 0.0, half * twist) for side in (-1.0, 1.0)]
 
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        return float(self.section.force.value)
-
     def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, 3, 3)."""
-        return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self._order])
+        return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self.order])
 
     def strains(self, q: Expr) -> Expr:
         """Strains (Gamma, K) of a state, shape (6,)."""
@@ -364,52 +349,32 @@ class BeamModel(FrameBody):
         """Strains (Gamma, K), shape (6,)."""
         return beam_forms.strain_measure(self.line, self.layout.moved)
 
-    @cached_property
-    def natural(self) -> NaturalStress | None:
-        """The stress of its natural strain; None without one."""
-        given = self.beam.natural
-        if given is None:
-            return None
-        domain = self.domain.mesh
+    def natural_stress(self, given: Any) -> tuple[Expr, tuple[Expr, ...], Expr, Measure]:
+        """Natural strain, its stress, what of it is reported, and the strains that it acts on."""
         values = np.array([given.extension, 0.0, 0.0, *given.curvature])
-        e = fem.Constant(domain, values)
-        C = _effective(self.beam, self._static)
-        stress = fem.Constant(domain, C @ values)
-        factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
-        return NaturalStress(e, (stress,), stress, self.strain, self.integrate, *factors)
+        e = fem.Constant(self.domain.mesh, values)
+        stress = fem.Constant(self.domain.mesh, _effective(self.beam, self._static) @ values)
+        return e, (stress,), stress, self.strain
 
     def mean_resultants(self, step: Step) -> Expr:
         """Resultants as means over a step that is quadratic in time."""
         return self._twice(*self.elastic[0].mean(step))
 
-    def loads(self) -> LoadFactors | None:
-        """A set of the beam's loads with time factors of their own."""
-        return self.loads_of(self._loads) if self._loads else None
-
-    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
-        """Some loads on it with time factors of their own."""
-        return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
-
-    def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
-        if self.natural is not None and load is self.beam.natural:
-            return self.natural.work(mid, dq)
+    def load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        """Virtual work of a load for a factor of one."""
         density, name, rule = of_kind(_WORK, load)
         given = field_of(getattr(load, name), self.mixed, 3, f"{load.label}: {name}")
         work = density(self, given, self.directors(mid), *self.layout.moved(dq))
         return work * getattr(self.rules, rule)
 
-    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Terms that the user added; None without any."""
-        if not self.beam.terms:
-            return None
+    def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> LinePoint:
+        """Fields that terms of the user depend on; arguments as of `applied`."""
         u, w = self.layout.moved(mid)
         v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
         du, dw = self.layout.moved(dq)
         rate = None if rates is None else self.strain.change(mid, rates.now)
         x, d, de = self.position(mid), self.frames + w, self.strain.change(mid, dq)
-        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
-        work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
-        return work * self.rules.full
+        return LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
 
 
 class LinearBeam(Floating, BeamModel):
@@ -417,13 +382,13 @@ class LinearBeam(Floating, BeamModel):
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
-        turned = floating.turned(self.layout.part(q, "w"), self.line)
+        turned = floating.turned_with_beam(self.layout.part(q, "w"), self.line)
         return frame_constraints(self.layout.part(q, FRAME), turned)
 
     @cached_property
     def strain(self) -> Measure:
         """Strains relative to the frame, shape (6,)."""
-        return floating.strain_measure(self.line, self._moved)
+        return floating.of_beam(self.line, self._moved)
 
     def acting(self, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
         """Forces and moments that balance loads: those conjugate to small strains."""

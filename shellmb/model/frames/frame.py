@@ -12,6 +12,7 @@ forces do no work.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
@@ -50,15 +51,11 @@ class DirectorConstraint:
     def unit(self) -> bool:
         """Decide whether all directors have length one and, of a triple, are at right angles."""
         k, rng = self._count, np.random.default_rng(1)
-        pairs = [(a, a) for a in range(k)] + [(a, b) for a in range(k) for b in range(a + 1, k)]
-        for w, D in rng.normal(size=(2, 2, 3 * k)):
-            v, R = w.reshape(k, 3), D.reshape(k, 3)
-            known = [v[a] @ R[b] + R[a] @ v[b] + v[a] @ v[b] for a, b in pairs]
-            halves = [0.5 if a == b else 1.0 for a, b in pairs]
-            found = self._at(w, D)
-            if found.shape != (len(pairs),):
-                return False
-            if np.abs(found - np.multiply(halves, known)).max() > ROUND_OFF:
+        for w, D in rng.normal(size=(2, 2, k, 3)):
+            products = (D + w) @ (D + w).T - D @ D.T
+            known = [*products.diagonal() / 2, *products[np.triu_indices(k, 1)]]
+            found = self._at(w.ravel(), D.ravel())
+            if len(found) != len(known) or np.abs(found - known).max() > ROUND_OFF:
                 return False
         return True
 
@@ -108,6 +105,7 @@ EVERYWHERE = {"frame": 9, "hold": 9}
 FRAME = "frame"
 
 
+@dataclass(frozen=True)
 class FloatingFrame:
     """A frame and what ties it to its body.
 
@@ -118,17 +116,15 @@ class FloatingFrame:
         force: Size of the body's resultants: a Constant.
     """
 
-    def __init__(
-        self,
-        mixed: MixedSpace,
-        constraints: Callable[[Expr], Expr],
-        measure: ufl.Measure,
-        force: Expr,
-    ) -> None:
-        self._layout, self.constraints = Layout(mixed.parts), constraints
-        self._measure, self._force = measure, force
-        # of some cell: they are the same on all
-        self._dofs = mixed.dofs[FRAME][: EVERYWHERE[FRAME]].reshape(-1, 3, 3)
+    mixed: MixedSpace
+    constraints: Callable[[Expr], Expr]
+    measure: ufl.Measure
+    force: Expr
+
+    @cached_property
+    def _dofs(self) -> Int32s:
+        """Dofs of some cell: they are the same on all."""
+        return self.mixed.dofs[FRAME][: EVERYWHERE[FRAME]].reshape(-1, 3, 3)
 
     def changes(self, values: Floats) -> Floats:
         """Changes of the directors as rows, or their rates, of a local array, shape (3, 3).
@@ -148,14 +144,9 @@ class FloatingFrame:
         Args:
             inertialess: Whether the body has no inertia.
         """
-        return Constraints(
-            Held(self.constraints),
-            lambda q: self._layout.part(q, "hold"),
-            self._force,
-            self._measure,
-            self.errors,
-            inertialess,
-        )
+        held, layout = Held(self.constraints), Layout(self.mixed.parts)
+        of = held, lambda q: layout.part(q, "hold"), self.force, self.measure, self.errors
+        return Constraints(*of, inertialess)
 
 
 def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:
@@ -186,6 +177,8 @@ class Floating(MassiveBody):
     layout: Layout
     rules: Any
     section: Any
+    # constraints that tie the frame, shape (9,)
+    _apart: Callable[[Expr], Expr]
 
     def __init__(self, *of: Any) -> None:
         super().__init__(*of)
@@ -193,10 +186,6 @@ class Floating(MassiveBody):
         self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, force),)
         self.links = tuple(identified(self.mixed, self.name))
         self.kinematic |= {FRAME}
-
-    def _apart(self, q: Expr) -> Expr:
-        """Constraints that tie the frame, shape (9,)."""
-        raise NotImplementedError
 
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
         return (*self.layout.moved(q), self.layout.part(q, FRAME))
@@ -211,6 +200,8 @@ class FrameBody(MassiveBody):
     Args:
         name: Its name in the system.
         mixed: Space with the parts "u", "w", "lam" and perhaps more.
+
+    Attributes:
         frames: Reference directors, shape (9,).
         order: Number in the space of `frames` of each node of the part "w".
         reference: Reference position as an expression, shape (3,), m.
@@ -218,19 +209,14 @@ class FrameBody(MassiveBody):
         force: Size of the multipliers' forces: a Constant, N.
     """
 
-    def __init__(
-        self,
-        name: str,
-        mixed: MixedSpace,
-        frames: fem.Function,
-        order: Int32s,
-        reference: Expr,
-        nodes: ufl.Measure,
-        force: Expr,
-    ) -> None:
+    frames: fem.Function
+    order: Int32s
+    reference: Expr
+    nodes: ufl.Measure
+    force: Expr
+
+    def __init__(self, name: str, mixed: MixedSpace) -> None:
         super().__init__(name, mixed)
-        self.frames, self._order = frames, order
-        self.reference, self.nodes, self.force = reference, nodes, force
         self.layout = Layout(mixed.parts)
         # the constraints of the directors as numbers
         self.held = directors_held(frame.orthonormality, 3)
@@ -255,7 +241,7 @@ class FrameBody(MassiveBody):
 
     def directors(self, q: Expr) -> Vectors:
         """The three directors, shape (3,) each."""
-        return frame.directors(self.layout.part(q, "w"), self.frames)
+        return frame.vectors(self.frames + self.layout.part(q, "w"))
 
     def position(self, q: Expr) -> Expr:
         """Position of the nodes, shape (3,), m."""
@@ -264,15 +250,8 @@ class FrameBody(MassiveBody):
     @cached_property
     def constraints(self) -> tuple[Constraints, ...]:
         """Frames are orthonormal, eq. (19), and tied to what floats with the body."""
-        own = Constraints(
-            Held(self.orthonormality.value),
-            self.layout.multipliers,
-            self.force,
-            self.nodes,
-            self._frame_errors,
-            self.inertialess,
-            "lam" in self.jump_parts,
-        )
+        held = Held(self.orthonormality.value), self.layout.multipliers, self.force, self.nodes
+        own = Constraints(*held, self._frame_errors, self.inertialess, "lam" in self.jump_parts)
         return own, *(tie.held(self.inertialess) for tie in self.ties)
 
     @cached_property
@@ -298,7 +277,7 @@ class FrameBody(MassiveBody):
 
     @cached_property
     def _rest(self) -> Floats:
-        return np.asarray(self.frames.x.array.reshape(-1, 9)[self._order])
+        return np.asarray(self.frames.x.array.reshape(-1, 9)[self.order])
 
     def frames_at(self, q: Floats) -> Floats:
         """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""

@@ -28,7 +28,7 @@ from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.loads.loads import FollowerForce, FollowerMoment, Load, PointForce, PointMoment
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import FramedHinge, Joint, Revolute, Weld
-from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
+from shellmb.scene.multibody.offsets import Offset, node_of
 
 RigidMeshes = dict[str, ShellModel | BeamModel]
 Triple = tuple[float, float, float]
@@ -114,11 +114,7 @@ def place_of(where: Any, mesh: Any, who: str) -> Triple:
         mesh: The shell or beam.
         who: Who asks, for the error.
     """
-    nodes = shared_nodes(mesh, node_of(where), who)
-    if not isinstance(where, Offset):
-        return triple(nodes.x[0])
-    D = nodes.directors[0]
-    return triple(nodes.x[0] + arm_components(where.by, D, who, f"'{mesh.name}'") @ D)
+    return triple(shared_nodes(mesh, node_of(where), who).off(where, who, mesh.name))
 
 
 # a rigid body turns about every axis with some inertia, relative to the largest
@@ -395,14 +391,10 @@ def _welds(scene: Scene, meshes: RigidMeshes) -> list[Joint]:
         if join.first in meshes:
             who = f"join of {join.first} and {join.second}"
             x = shared_nodes(meshes[join.first], join.at, who).x[0]
-            welds.append(_weld(who, join.first, join.second, x))
+            welds.append(Weld(who, join.first, join.second, at=triple(x)))
     for glue in scene.glues:
         if glue.shell in meshes:
             who = f"glue of {glue.beam} and {glue.shell}"
             start = meshes[glue.beam].domain.points["start"]
-            welds.append(_weld(who, glue.beam, glue.shell, start))
+            welds.append(Weld(who, glue.beam, glue.shell, at=triple(start)))
     return welds
-
-
-def _weld(name: str, first: str, second: str, x: Floats) -> Joint:
-    return Weld(name, first, second, at=triple(x))

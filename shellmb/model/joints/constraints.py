@@ -9,11 +9,11 @@ import numpy as np
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import set_constants
-from shellmb.model.body import Dofs, FixedDofs, PartScale
+from shellmb.model.body import FixedDofs, PartScale
 from shellmb.model.massless import NONE, NodeGroup, Places, Targets
 from shellmb.model.multipliers import Constraints
 from shellmb.native.expressions import values_at_states
@@ -127,18 +127,8 @@ class ConstraintGroup(NodeGroup):
     def constraints(self) -> tuple[Constraints, ...]:
         """The group's own."""
         layout = self.layout
-        return (
-            Constraints(
-                self.law,
-                lambda q: layout.part(q, "mu"),
-                self.force,
-                self.dx,
-                self.errors,
-                self.inertialess,
-                self.moving,
-                self.on,
-            ),
-        )
+        held = self.law, lambda q: layout.part(q, "mu"), self.force, self.dx, self.errors
+        return (Constraints(*held, self.inertialess, self.moving, self.on),)
 
     def heading(self, row: int, q: Floats) -> Floats:
         """Direction of motion in the plane of an item, shape (2,), if it `heads`.
@@ -214,7 +204,7 @@ class ConstraintGroup(NodeGroup):
             return f"{np.degrees(np.arcsin(min(apart, 1.0))):.3g} degrees"
         return f"{apart * self.sizes[component]:.3g}"
 
-    def gradients(self, length: float, at: Floats | None = None) -> tuple[Floats, Dofs, Floats]:
+    def gradients(self, length: float, at: Floats | None = None) -> tuple[Floats, Int32s, Floats]:
         """Derivatives of the constraints at a state, without a form.
 
         Of quadratic constraints differences are exact.
@@ -263,16 +253,16 @@ class GivenValues:
 
     Args:
         items: Descriptions with their functions.
+
+    Attributes:
+        parts: Sizes of the parts of the group's space.
     """
 
     def __init__(self, items: Sequence[Prescribed]) -> None:
         self._items = items
         self._start: fem.Function | None = None
-
-    @property
-    def parts(self) -> dict[str, int]:
-        """Sizes of the parts of the group's space."""
-        return {"s": len(self._items[0].given)} if self._items and self._items[0].given else {}
+        count = len(items[0].given) if items else 0
+        self.parts = {"s": count} if count else {}
 
     def _at(self, t: float) -> Floats:
         said = [(item, f"{item.said}: value over time") for item in self._items]

@@ -1,7 +1,5 @@
 """Relative coordinates of joints and pairs of points as unknowns, with the equations they obey."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,11 +12,10 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Int32s
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.held import Law
-from shellmb.forms.constraints.joints import Place
-from shellmb.model.body import Dofs, NodeLink
+from shellmb.model.body import NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint, apart
 from shellmb.model.locations.ends import End, end_pair
@@ -57,12 +54,10 @@ class BoundCoordinate:
     share: float = 1.0
 
     @property
-    def group(self) -> tuple[str, int, int]:
+    def group(self) -> tuple[Any, ...]:
         """Key that coordinates with common kernels share."""
-        first, second = (
-            end.needed(n) for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
-        )
-        return self.kind, first, second
+        vectors = zip(self.ends, _VECTORS[self.kind], strict=True)
+        return self.kind, *(end.needed(n) for end, n in vectors)
 
 
 def joint_coordinate(joint: BoundJoint, kind: str) -> BoundCoordinate:
@@ -135,16 +130,12 @@ class CoordinateGroup(ConstraintGroup):
         targets = self.numbers("x")[of[local[again]], 0]
         return [NodeLink(self.mixed.dofs["x"][again], self.name, targets)]
 
-    def coordinate(self, k: int) -> Coordinate:
+    def coordinate(self, k: int) -> "Coordinate":
         """One of them."""
         item, size, target = self.coordinates[k], float(self.sizes[0]), int(self.targets[k])
         start = item.start if self.kind == "distance" else 0.0
         named = item.name, item.joint or item.name, self.kind
         return Coordinate(self, k, *named, start, size, target)
-
-    def _places(self, q: Expr) -> tuple[Place, Place]:
-        first, second = (end.place(q, self.layout) for end in self.ends)
-        return first, second
 
     def gap(self, q: Expr, before: Expr | None = None) -> Expr:
         """Difference of the coordinate and that of the places, as a scalar in a list.
@@ -154,8 +145,7 @@ class CoordinateGroup(ConstraintGroup):
             before: That at the start of the step, from which a rotation is counted; without it the
                 difference is known up to whole turns.
         """
-        first, second = self._places(q)
-        x = self._x(q)
+        (first, second), x = self.places(q), self._x(q)
         if self.kind == "rotation":
             gap = forms.rotation_gap(first, second, x, x if before is None else before)
         elif self.kind == "translation":
@@ -166,7 +156,7 @@ class CoordinateGroup(ConstraintGroup):
 
     def angle(self, q: Expr) -> Expr:
         """Cosine and sine of the angles of a state, shape (2,)."""
-        return forms.cosine_sine(*self._places(q))
+        return forms.cosine_sine(*self.places(q))
 
     def drop(self, item: int, component: int) -> None:
         """Leave out the driver of a coordinate that others drive likewise."""
@@ -180,16 +170,13 @@ class CoordinateGroup(ConstraintGroup):
             return super().law
         return forms.Angle(self.angle, self._x, self.gap, self.before)
 
-    def rate_gap(self, q: Expr, v: Expr) -> Expr:
-        """Derivative of the equation at the state `q` along the velocity `v`."""
-        return self.law.velocity(v, q, v).value
-
     def _x(self, q: Expr) -> Expr:
         return self.layout.part(q, "x")
 
     def excess(self, q: Expr, v: Expr) -> Expr:
         """Difference of a coordinate's rate from that of its places."""
-        gap = self.rate_gap(q, v)[0]
+        # the equation's derivative along the velocity
+        gap = self.law.velocity(v, q, v).value[0]
         if self.kind == "distance":
             # the equation is that of the squares
             gap = gap * self._start / (self._start + self._x(q))
@@ -268,7 +255,7 @@ class Coordinate:
         """Name of the force along or about it in results."""
         return "torque" if self.kind == "rotation" else "force"
 
-    def local(self) -> Dofs:
+    def local(self) -> Int32s:
         """Local dof of the unknown "x", shape (0,) on ranks that do not have it."""
         here = self.group.nodes.item == self.item
         return self.group.mixed.dofs["x"][here]

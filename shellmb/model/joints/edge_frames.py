@@ -101,23 +101,27 @@ class EdgeFrames(ConstraintGroup):
         along, across, inside = points[0].key
         between = inside > 1
         own = [*(("n", "p") if across else ()), "r", *(("u",) if between else ())]
-        sums = {"t": [p.tangent for p in points], "d": [p.second for p in points]}
+        # those that are displacements begin with u, by which lengths are told from directions
+        sums = {"ut": [p.tangent for p in points], "d": [p.second for p in points]}
         sums |= {"a": [p.director for p in points if p.director is not None]} if across else {}
         sums |= {} if between else {"u": [p.place for p in points]}
-        counts = {"t": along, "a": across, "d": 1, "u": 1}
-        # those that are displacements begin with u, by which lengths are told from directions
-        linked = {
-            f"u{s}{k}" if s == "t" else f"{s}{k}": (s, k) for s in sums for k in range(counts[s])
-        }
         self.directions = tuple(range(9 if across else 3))
         count = len(self.directions) + 3 * between
         targets = {
-            part: ([i.body for i in sums[s]], np.array([i.dofs[k] for i in sums[s]]))
-            for part, (s, k) in linked.items()
+            f"{s}{k}": ([i.body for i in items], np.array([i.dofs[k] for i in items]))
+            for s, items in sums.items()
+            for k in range(len(items[0].weights))
         }
 
         def violation(q: Expr) -> Expr:
             part = self.layout.part
+
+            def total(name: str, weights: Expr | None, size: int) -> Expr:
+                moved = [part(q, f"{name}{k}") for k in range(size)]
+                if weights is None:
+                    return moved[0]
+                return sum((weights[k] * v for k, v in enumerate(moved)), start=0 * moved[0])
+
             t, first, d, *starts = (
                 ufl.as_vector([given[3 * k + i] for i in range(3)]) for k in range(6)
             )
@@ -125,19 +129,14 @@ class EdgeFrames(ConstraintGroup):
                 start + part(q, which) if which in own else start
                 for start, which in zip(starts, "npr", strict=True)
             )
-            t = t + sum((weights["t"][k] * part(q, f"ut{k}") for k in range(along)), start=0 * t)
-            d = d + part(q, "d0")
+            t, d = t + total("ut", tangent, along), d + part(q, "d0")
             rows = [(ufl.dot(r, r) - 1) / 2, ufl.dot(r, t), ufl.dot(r, d)]
             if across:
-                one = weights["a"] if across > 1 else None
-                moved = [part(q, f"a{k}") for k in range(across)]
-                first = first + sum(
-                    (one[k] * v if one is not None else v for k, v in enumerate(moved)), start=0 * t
-                )
+                first = first + total("a", director, across)
                 rows += [(ufl.dot(p, p) - 1) / 2, ufl.dot(p, t), ufl.dot(p, first)]
                 rows += [(ufl.dot(n, n) - 1) / 2, ufl.dot(n, p), ufl.dot(n, t)]
             if within is not None:
-                inner = sum((within[k] * part(q, f"ut{k}") for k in range(inside)), start=0 * t)
+                inner = total("ut", within, inside)
                 rows += [part(q, "u")[i] - inner[i] for i in range(3)]
             return ufl.as_vector(rows)
 
@@ -147,14 +146,15 @@ class EdgeFrames(ConstraintGroup):
             name, scale.comm, len(points), count, violation, *sizes, targets=targets, own=parts
         )
         given = self.per_item([[p.axis, *p.normals, *p.vectors] for p in points], "given")
-        weights = {
-            s: self.per_item([i.weights for i in sums[s]], f"weights_{s}")
-            for s in ("t", *"a"[:across])
-        }
-        within = self.per_item([p.place.weights for p in points], "within") if between else None
 
-        lengths = {part: scale.length if part == "u" else 1.0 for part in own}
-        titles = {part: (f"vectors of {name}", size) for part, size in lengths.items()}
+        def weights(items: Sequence[Sum]) -> Expr | None:
+            several = len(items[0].weights) > 1
+            return self.per_item([i.weights for i in items], "weights") if several else None
+
+        tangent, within = weights(sums["ut"]), weights([p.place for p in points])
+        director = weights(sums["a"]) if across else None
+        sizes_of = {part: scale.length if part == "u" else 1.0 for part in own}
+        titles = {part: (f"vectors of {name}", size) for part, size in sizes_of.items()}
         self.move_along(titles, "a smaller step")
         self.labels = [point.label for point in points]
         self._points, self._place = list(points), "u" if between else "u0"

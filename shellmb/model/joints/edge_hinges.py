@@ -1,7 +1,5 @@
 """Hinges along edges bound to their meshes: where their points are, and what holds them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,9 +10,9 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.joints.coordinates import BoundCoordinate
 from shellmb.model.joints.edge_frames import EdgeFrames, Point, Sum
-from shellmb.model.joints.joints import BoundJoint, FindEnd
+from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End
-from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
+from shellmb.model.locations.nodes import ON_NODE, FindEnd, Nodes, shared_nodes
 from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.joints import EdgeHinge
@@ -56,7 +54,7 @@ class _Edge:
                 "in that plane, as where no other shell is joined smoothly at an angle"
             )
 
-    def at(self, x: Floats, joint: EdgeHinge, other: _Edge) -> float:
+    def at(self, x: Floats, joint: EdgeHinge, other: "_Edge") -> float:
         """Position along the edge of a node of another edge, m.
 
         Raises:
@@ -89,19 +87,14 @@ class Hinge:
     """A hinge along edges.
 
     Args:
-        joint: Description.
         nodes: What holds places together, as joints.
         coordinates: Its angles: one whose items are all the same, or one for each node.
+        several: Names and shares of its angles, if it has several.
     """
 
-    joint: EdgeHinge
     nodes: list[BoundJoint]
     coordinates: list[BoundCoordinate]
-
-    @property
-    def several(self) -> list[tuple[str, float]]:
-        """Names and shares of its angles, if it has several."""
-        return [] if self.joint.rigid_angle else [(c.name, c.share) for c in self.coordinates]
+    several: list[tuple[str, float]]
 
 
 def hinge_line(joint: EdgeHinge, x: Floats, size: float, who: str = "") -> Floats:
@@ -196,26 +189,24 @@ def _hinge(
         held = (frame, two.end(k))
         # moments are about a common point on the frame, which matters also at its origin; without a
         # frame of the first body there is none
-        on = isinstance(one, End)
-        kind, about = ("fixed point", center) if on else ("spherical", None)
+        kind, about = ("fixed point", center) if isinstance(one, End) else ("spherical", None)
         nodes.append(BoundJoint(joint, kind, held, axes, about=about))
         name, share = f"{joint.name}.{k + 1}", float(shares[k])
         if joint.rigid_angle:
             name, share = joint.name, float(k == 0)
         both = (frame, vector)
         coordinates.append(BoundCoordinate(name, "rotation", both, axes, 0.0, joint.name, share))
-    return Hinge(joint, nodes, coordinates)
+    several = [] if joint.rigid_angle else [(c.name, c.share) for c in coordinates]
+    return Hinge(nodes, coordinates, several)
 
 
 def _sides(
-    joint: EdgeHinge, find: FindEnd, shells: Mapping[str, ShellModel]
+    joint: Any, find: FindEnd, shells: Mapping[str, ShellModel]
 ) -> tuple[_Edge | End, _Edge, Floats]:
     """Find what has the frames, the edge with the nodes that are held, and the axis."""
     first, second = shells.get(joint.first), shells.get(joint.second)
-    at: Any = joint.at
-    second_at: Any = joint.second_at
     if first is None or second is None:
-        shell, where = (first, at) if second is None else (second, second_at)
+        shell, where = (first, joint.at) if second is None else (second, joint.second_at)
         assert shell is not None
         x = shared_nodes(shell, where, joint.said).x
         axis = hinge_line(joint, x, shell.surface_mesh.length, f"shell '{shell.name}'")
@@ -271,8 +262,8 @@ def _points(joint: EdgeHinge, one: _Edge | End, two: _Edge, axis: Floats) -> lis
     """Points of a hinge at the nodes of the second edge."""
     found = []
     size = two.shell.surface_mesh.length
-    same = isinstance(one, _Edge) and len(one.s) == len(two.s)
-    if same and isinstance(one, _Edge):
+    same = False
+    if isinstance(one, _Edge) and len(one.s) == len(two.s):
         same = float(np.abs(one.nodes.x - two.nodes.x).max()) < 2 * ON_NODE * size
     for k, x in enumerate(two.nodes.x):
         node = two.end(k)
@@ -290,19 +281,14 @@ def _points(joint: EdgeHinge, one: _Edge | End, two: _Edge, axis: Floats) -> lis
         else:
             s = one.at(x, joint, two)
             degree = one.shell.shell.degree
-            element = int(
-                np.clip(np.searchsorted(one.s[::degree], s) - 1, 0, len(one.s) // degree - 1)
-            )
+            before = int(np.searchsorted(one.s[::degree], s)) - 1
+            element = min(max(before, 0), len(one.s) // degree - 1)
             around = inner = np.arange(degree + 1) + degree * element
             values, slopes = _weights(one.s[around], s)
         name, dofs = one.shell.name, one.nodes.dofs
-        tangent, director = (
-            Sum(name, dofs["u"][around], slopes),
-            Sum(name, dofs["w"][inner], values),
-        )
-        normal = values @ one.nodes.director[inner]
-        place = Sum(name, dofs["u"][inner], values)
-        both = np.array([normal, d])
+        tangent, place = Sum(name, dofs["u"][around], slopes), Sum(name, dofs["u"][inner], values)
+        director = Sum(name, dofs["w"][inner], values)
+        both = np.array([values @ one.nodes.director[inner], d])
         found.append(Point(joint.name, x, axis, both, tangent, director, place, second))
     return found
 

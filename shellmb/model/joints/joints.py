@@ -5,7 +5,7 @@ it is in the frame of a rigid body, of the ground or of a beam's node, and so do
 What all of them carry adds up to one force and moment of the joint.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,15 +19,15 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
+from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind
 from shellmb.forms.constraints.nonholonomic import CONTACTS
 from shellmb.forms.loads import dead_force
 from shellmb.forms.steps.discrete import variation
 from shellmb.model.body import LoadFactors, MassiveBody
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
-from shellmb.model.locations.nodes import Meshed, shared_nodes
-from shellmb.model.massless import NONE, NodeGroup, Scale, TimedLoads
+from shellmb.model.locations.nodes import FindEnd, Meshed, shared_nodes
+from shellmb.model.massless import NONE, NodeGroup, Scale, timed_loads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -37,8 +37,6 @@ from shellmb.scene.values.validate import show
 
 # two points count as one below this part of the scene's length
 TOGETHER = 1e-9
-
-FindEnd = Callable[[str, Any, str], End]
 
 
 @dataclass(frozen=True)
@@ -86,10 +84,10 @@ class BoundJoint:
         return self.equations.vectors
 
     @property
-    def key(self) -> tuple[Any, int, int]:
+    def key(self) -> tuple[Any, ...]:
         """Key that joints with common kernels share: none shares those of a user's joint."""
-        first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
-        return self.joint.name if self.own else self.kind, first, second
+        needed = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
+        return self.joint.name if self.own else self.kind, *needed
 
 
 def apart(ends: tuple[End, End], length: float, who: str) -> float:
@@ -204,11 +202,6 @@ class JointGroup(ConstraintGroup):
         """Beginning of its name in messages."""
         return f"{self.kind} joints"
 
-    def places(self, q: Expr) -> tuple[Place, Place]:
-        """The places on the first and the second bodies at a state."""
-        first, second = (end.place(q, self.layout) for end in self.ends)
-        return first, second
-
     def _violation(self, q: Expr) -> Expr:
         values = self.given.values(q, self.layout)
         return ufl.as_vector(self.equations.constraints(*self.places(q), self.size, *values))
@@ -238,31 +231,25 @@ class PointMasses(NodeGroup, MassiveBody):
     """Masses of joints, at places of the bodies.
 
     Args:
+        scene: The scene.
         comm: Communicator.
         items: Places, all on bodies with the same number of directors, and masses there, kg.
-        gravity: Loads of gravity on them.
         directors: Number of directors that matter: some of the places are off their nodes.
-        dynamic: Whether they have inertia.
     """
 
     def __init__(
-        self,
-        comm: MPI.Comm,
-        items: Sequence[tuple[End, float]],
-        gravity: Sequence[Gravity],
-        directors: int,
-        dynamic: bool,
+        self, scene: Scene, comm: MPI.Comm, items: Sequence[tuple[End, float]], directors: int
     ) -> None:
         ends, masses = zip(*items, strict=True)
-        self._end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", directors > 0)
-        super().__init__(f"joint masses ({directors})", comm, len(ends), places=[self._end])
+        end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", directors > 0)
+        super().__init__(f"joint masses ({directors})", comm, len(ends), places=[end])
         self.kinematic = frozenset(self.mixed.parts)
         self.mass = self.per_item(masses, "m")
-        self.gravity, self._dynamic = list(gravity), dynamic
+        self.gravity, self._dynamic = everywhere(scene), not scene.static
 
     def position(self, q: Expr) -> Expr:
         """Positions of the masses, m."""
-        return self._end.place(q, self.layout).x
+        return self.places(q)[0].x
 
     def velocity(self, v: Expr) -> Expr:
         """Velocities of the masses: the position is linear in the state."""
@@ -281,10 +268,15 @@ class PointMasses(NodeGroup, MassiveBody):
     def loads(self) -> LoadFactors | None:
         """Their weight."""
         loads = [(g.time, self.constant(np.array(g.acceleration))) for g in self.gravity]
-        return TimedLoads(self.nodes.mesh, loads, self._weight) if loads else None
+        return timed_loads(self.nodes.mesh, loads, self._weight) if loads else None
 
     def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
         return dead_force(self.mass * acceleration, self.velocity(dq)) * ufl.dx
+
+
+def everywhere(scene: Scene) -> list[Gravity]:
+    """Loads of gravity on all that has a mass."""
+    return [load for load in scene.weights if load.body is None]
 
 
 def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> list[PointMasses]:
@@ -295,17 +287,13 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
         comm: Communicator.
         joints: The joints.
     """
-    gravity = [load for load in scene.weights if load.body is None]
-    if scene.static and not gravity:
+    if scene.static and not everywhere(scene):
         return []
     groups: dict[int, list[tuple[End, float]]] = {}
     for joint in joints:
         for end in joint.ends if joint.joint.mass > 0 else ():
             groups.setdefault(end.needed(0), []).append((end, joint.joint.mass / 2))
-    return [
-        PointMasses(comm, items, gravity, directors, not scene.static)
-        for directors, items in groups.items()
-    ]
+    return [PointMasses(scene, comm, items, directors) for directors, items in groups.items()]
 
 
 def bind(joint: Joint, end: FindEnd, shells: Mapping[str, Meshed], size: float) -> list[BoundJoint]:

@@ -7,36 +7,15 @@ from typing import Any
 import numpy as np
 
 from shellmb.errors import SceneError
+from shellmb.model import elements as force_elements
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements import (
-    BoundElement,
-    bind_element,
-    check_at_rest,
-    coordinate_of,
-    element_groups,
-)
+from shellmb.model.joints import coordinates as relative
+from shellmb.model.joints import switches
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.coordinates import (
-    COLUMN,
-    BoundCoordinate,
-    Coordinate,
-    Key,
-    coordinate_groups,
-    distance_coordinate,
-    joint_coordinate,
-)
 from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import BoundJoint, JointGroup, bind, joint_groups, point_masses
 from shellmb.model.joints.rolling import ContactGroup, bind_contact
-from shellmb.model.joints.switches import (
-    HeldCoordinates,
-    Locks,
-    Switched,
-    Switches,
-    TiedCoordinates,
-    Windows,
-)
-from shellmb.model.locations.nodes import Finder
+from shellmb.model.locations.nodes import FindEnd
 from shellmb.model.massless import Scale, gathered
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
@@ -85,7 +64,7 @@ class Mechanism:
         self,
         scene: Scene,
         scale: Scale,
-        find: Finder,
+        find: FindEnd,
         shells: Mapping[str, ShellModel],
         signals: Signals,
     ) -> None:
@@ -110,17 +89,17 @@ class Mechanism:
         self.groups += self.contacts
         needed = self._coordinates(find)
         needed += [c for hinge in hinges.values() for c in hinge.coordinates]
-        self.coordinate_groups, self.table = coordinate_groups(scale, needed)
+        self.coordinate_groups, self.table = relative.coordinate_groups(scale, needed)
         self.screws, self.couplings = self._screws(), self._couplings()
         self.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
         elements = [bound for e in scene.force_elements for bound in self._bound(e)]
-        self.element_groups = element_groups(scale.comm, elements)
-        check_at_rest(scene, self.element_groups)
-        self.drivers: dict[str, Coordinate] = {}
+        self.element_groups = force_elements.element_groups(scale.comm, elements)
+        force_elements.check_at_rest(scene, self.element_groups)
+        self.drivers: dict[str, relative.Coordinate] = {}
         self._drive(signals)
-        switches, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
+        windowed, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
         self.lock_groups = [lock.group for lock in locks]
-        self.switches = Switches([*switches, *locks])
+        self.switches = switches.Switches([*windowed, *locks])
         masses = point_masses(scene, scale.comm, list(self.joints.values()))
         self.bodies: list[Body] = [*self.groups, *self.edges, *masses, *self.coordinate_groups]
         self.bodies += [*self.screws, *self.couplings, *self.element_groups, *self.lock_groups]
@@ -157,15 +136,15 @@ class Mechanism:
         """
         values, _ = self.read(problem)
         found = {
-            f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
+            f"{name}.{relative.COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
         return found | self.efforts(problem) | self.tracks(problem)
 
-    def read(self, problem: Any) -> tuple[dict[Key, float], dict[Key, float]]:
+    def read(self, problem: Any) -> tuple[dict[relative.Key, float], dict[relative.Key, float]]:
         """Changes of all coordinates and their rates; collective."""
-        values: dict[Key, float] = {}
-        rates: dict[Key, float] = {}
+        values: dict[relative.Key, float] = {}
+        rates: dict[relative.Key, float] = {}
         for group in self.coordinate_groups:
             q = problem.state(group.name).x.array
             v = problem.levels[group.name].rates.get("v")
@@ -213,7 +192,7 @@ class Mechanism:
         each = (group.columns(levels[group.name]) for group in self.contacts)
         return {name: value for found in each for name, value in found.items()}
 
-    def _coordinates(self, find: Finder) -> list[BoundCoordinate]:
+    def _coordinates(self, find: FindEnd) -> list[relative.BoundCoordinate]:
         """The coordinates that something acts on, or that sensors read; others do not exist.
 
         Raises:
@@ -221,7 +200,7 @@ class Mechanism:
         """
         scene = self._scene
         read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
-        keys: dict[Key, None] = {key: None for key in read if key is not None}
+        keys: dict[relative.Key, None] = {key: None for key in read if key is not None}
         items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.joint_elements]
         items += [coupled for coupling in scene.couplings for coupled in coupling.terms]
         for item in items:
@@ -235,33 +214,32 @@ class Mechanism:
             keys |= dict.fromkeys((item.joint, kind) for kind in scene.coordinates_of(item))
         keys |= dict.fromkeys((joint.name, kind) for joint in scene.joints for kind in joint.tied)
         found = [
-            joint_coordinate(self.joints[name], kind)
+            relative.joint_coordinate(self.joints[name], kind)
             for name, kind in keys
             # that of a hinge of edges is there anyway
             if not self.joints[name].joint.along_edges
         ]
         for element in scene.point_elements:
             who = f"{element.label} '{element.name}'"
-            ends = (
-                find(element.first, element.at, who),
-                find(element.second, element.second_at, who),
-            )
-            found.append(distance_coordinate(element.name, ends, self._scale.length, who))
+            first = find(element.first, element.at, who)
+            ends = first, find(element.second, element.second_at, who)
+            found.append(relative.distance_coordinate(element.name, ends, self._scale.length, who))
         return found
 
-    def _bound(self, element: Any) -> list[BoundElement]:
+    def _bound(self, element: Any) -> list[force_elements.BoundElement]:
         """A force element on its coordinate, or on all of a hinge of edges by their shares."""
-        joint, kind = coordinate_of(self._scene, element)
+        joint, kind = force_elements.coordinate_of(self._scene, element)
+        bound, static = force_elements.bind_element, self._scene.static
         if joint not in self.several:
-            return [bind_element(element, self.table[joint, kind], self._scene.static)]
+            return [bound(element, self.table[joint, kind], static)]
         found = []
         for name, share in self.several[joint]:
             values = {k: getattr(element, k, None) for k in ("stiffness", "damping")}
             part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
-            found.append(bind_element(part, self.table[name, kind], self._scene.static))
+            found.append(bound(part, self.table[name, kind], static))
         return found
 
-    def _screws(self) -> list[TiedCoordinates]:
+    def _screws(self) -> list[switches.TiedCoordinates]:
         """Translation in proportion to rotation, for all screws."""
         joints: tuple[Any, ...] = self._scene.joints
         screws, scale = [joint for joint in joints if joint.tied], self._scale
@@ -272,9 +250,9 @@ class Mechanism:
         factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
         switched = any(joint.active is not None for joint in screws)
         tied = labels, pairs, factors, screws, scale.length, switched
-        return [TiedCoordinates(scale, "screw pitches", *tied)]
+        return [switches.TiedCoordinates(scale, "screw pitches", *tied)]
 
-    def _couplings(self) -> list[TiedCoordinates]:
+    def _couplings(self) -> list[switches.TiedCoordinates]:
         """Sums of coordinates that are given; those of as many coordinates are a group."""
         scene, groups = self._scene, dict[tuple[int, int], list[Relation]]()
         for coupling in scene.couplings:
@@ -295,7 +273,7 @@ class Mechanism:
             title = f"couplings of {count} coordinates" + ", over time" * bool(given)
             labels = [coupling.name for coupling in group]
             tied = labels, members, factors, group, 1.0, False
-            found.append(TiedCoordinates(self._scale, title, *tied))
+            found.append(switches.TiedCoordinates(self._scale, title, *tied))
         return found
 
     def _begins_as_zero(self, start: float, who: str, size: float = 1.0) -> None:
@@ -329,23 +307,20 @@ class Mechanism:
                 fixed = FixedDofs(dofs, _motion(motion, len(dofs)), True, turn)
                 coordinate.group.fixed.append(fixed)
 
-    def _windows(self, groups: Sequence[ConstraintGroup]) -> list[Switched]:
+    def _windows(self, groups: Sequence[ConstraintGroup]) -> list[switches.Switched]:
         """Joints that act in windows of time."""
         windows = {joint.name: joint.active for joint in self._scene.joints}
         found = []
         for group in groups:
-            mine: list[Windows | None] = [windows[n.removesuffix(SCREW)] for n in group.labels]
+            mine: list[Any] = [windows[name.removesuffix(SCREW)] for name in group.labels]
             if any(w is not None for w in mine):
-                found.append(Switched(group, mine, self._scene.t_end))
+                found.append(switches.Switched(group, mine, self._scene.t_end))
         return found
 
-    def _locks(self, signals: Signals) -> list[Locks]:
+    def _locks(self, signals: Signals) -> list[switches.Locks]:
         """Groups of locks, of rotations and of translations."""
-        items = [
-            (lock, kind)
-            for lock in self._scene.acting_locks
-            for kind in self._scene.coordinates_of(lock)
-        ]
+        scene = self._scene
+        items = [(lock, k) for lock in scene.acting_locks for k in scene.coordinates_of(lock)]
         found = []
         for kind in dict.fromkeys(kind for _, kind in items):
             each = [
@@ -356,10 +331,10 @@ class Mechanism:
             ]
             locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
             labels = [f"{c.name}.{kind} lock" for c in coordinates]
-            group = HeldCoordinates(self._scale, kind, labels, coordinates)
+            group = switches.HeldCoordinates(self._scale, kind, labels, coordinates)
             # an event's windows are known as the run goes on
             windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
-            found.append(Locks(group, windows, self._scene.t_end))
+            found.append(switches.Locks(group, windows, scene.t_end))
         return found
 
 

@@ -14,8 +14,9 @@ from shellmb.errors import SceneError
 from shellmb.forms.constraints import nonholonomic
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.constraints.nonholonomic import Own, both
-from shellmb.model.joints.joints import BoundJoint, FindEnd, JointGroup
+from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import change_of, frame_about
+from shellmb.model.locations.nodes import FindEnd
 from shellmb.model.massless import Scale, gathered
 from shellmb.scene.multibody.joints import Contact, KnifeEdge, Rolling
 
@@ -89,10 +90,8 @@ class ContactGroup(JointGroup):
     def __init__(self, scale: Scale, contacts: Sequence[BoundJoint], switched: bool) -> None:
         super().__init__(scale, contacts, switched)
         parts = self.equations.parts
-        self._start = {
-            p: self.per_item([contact.start[p] for contact in contacts], f"start_{p}")
-            for p in parts
-        }
+        starts = {p: [contact.start[p] for contact in contacts] for p in parts}
+        self._start = {p: self.per_item(values, f"start_{p}") for p, values in starts.items()}
         # of increments: contact coordinates of the reference configuration
         self._reference = fem.Function(self.mixed.space)
         sizes = {p: scale.length if p == "y" else 1.0 for p in parts}
@@ -155,13 +154,10 @@ class ContactGroup(JointGroup):
         joint's point of the first body [m]; `JOINT.slip`: speed of slip now [m/s], which vanishes
         to the order of the scheme: what vanishes exactly are its moments over a step.
         """
-        found: dict[str, float] = {}
         local = self.sliding(levels.q.x.array, levels.rates["v"].x.array)
-        for name, line in zip(self.labels, gathered(self.nodes, local).tolist(), strict=True):
-            slip, _, *track, _ = line
-            for column, value in zip(("track1", "track2", "slip"), (*track, slip), strict=True):
-                found[f"{name}.{column}"] = value
-        return found
+        lines = zip(self.labels, gathered(self.nodes, local).tolist(), strict=True)
+        columns = ("track1", 2), ("track2", 3), ("slip", 0)
+        return {f"{name}.{column}": line[k] for name, line in lines for column, k in columns}
 
     def refuse_slip(self, q: Floats, v: Floats) -> None:
         """See that nothing slips in the velocities given; collective.

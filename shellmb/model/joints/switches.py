@@ -10,14 +10,8 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import ConvergenceError
 from shellmb.meshes.nodes import set_constants
+from shellmb.model.joints import coordinates as relative
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, Prescribed
-from shellmb.model.joints.coordinates import (
-    Coordinate,
-    CoordinateGroup,
-    as_row,
-    scalar_targets,
-    summed,
-)
 from shellmb.model.massless import Scale
 from shellmb.restart import Restartable
 
@@ -41,7 +35,7 @@ class TiedCoordinates(ConstraintGroup):
         scale: Scale,
         title: str,
         labels: Sequence[str],
-        members: Sequence[Sequence[Coordinate]],
+        members: Sequence[Sequence[relative.Coordinate]],
         factors: Floats,
         given: Sequence[Prescribed],
         size: float,
@@ -50,7 +44,7 @@ class TiedCoordinates(ConstraintGroup):
         self.members, self._factors = [list(each) for each in members], factors
         self._given, self._parts = GivenValues(given), [f"x{k + 1}" for k in range(len(members[0]))]
         targets = {
-            part: scalar_targets([each[k] for each in members])
+            part: relative.scalar_targets([each[k] for each in members])
             for k, part in enumerate(self._parts)
         }
         # the work of a multiplier of size one is that of a couple
@@ -65,13 +59,13 @@ class TiedCoordinates(ConstraintGroup):
         terms = [self.layout.part(q, part) for part in self._parts]
         terms += self._given.values(q, self.layout)
         weighed = [self._factor[k] * term for k, term in enumerate(terms)]
-        return as_row(sum(weighed[1:], weighed[0]))
+        return relative.as_row(sum(weighed[1:], weighed[0]))
 
-    def column(self, label: str, c: Coordinate) -> str:
+    def column(self, label: str, c: relative.Coordinate) -> str:
         """Column of the force of one, by its label, on one of its coordinates."""
         return f"{label}.{c.joint}.{c.effort}"
 
-    def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
+    def shares(self, held: fem.Function, group: relative.CoordinateGroup) -> Floats:
         """Multipliers of coordinates on which nothing acts but what ties them; collective.
 
         Args:
@@ -98,7 +92,7 @@ class TiedCoordinates(ConstraintGroup):
         """
         each = zip(self.labels, self.members, strict=True)
         names = [self.column(label, c) for label, members in each for c in members]
-        return summed(names, self.forces(held).ravel())
+        return relative.summed(names, self.forces(held).ravel())
 
     def forces(self, held: fem.Function) -> Floats:
         """Forces [N] or torques [N m] on the coordinates of each, shape (items, n); collective.
@@ -117,21 +111,21 @@ class HeldCoordinates(TiedCoordinates):
         scale: Communicator and sizes.
         kind: Kind of the coordinates.
         labels: A name for each.
-        coordinates: The coordinates.
+        items: The coordinates.
     """
 
     def __init__(
-        self, scale: Scale, kind: str, labels: Sequence[str], coordinates: Sequence[Coordinate]
+        self, scale: Scale, kind: str, labels: Sequence[str], items: Sequence[relative.Coordinate]
     ) -> None:
-        each, ones = [[c] for c in coordinates], np.ones((len(coordinates), 1))
-        tied = each, ones, (), coordinates[0].size, True
+        each, ones = [[c] for c in items], np.ones((len(items), 1))
+        tied = each, ones, (), items[0].size, True
         super().__init__(scale, f"{kind} locks", labels, *tied)
         self._held = self.per_item(0 * ones, "held")
 
     def _violation(self, q: Expr) -> Expr:
-        return as_row(self.layout.part(q, "x1") - self._held)
+        return relative.as_row(self.layout.part(q, "x1") - self._held)
 
-    def column(self, label: str, c: Coordinate) -> str:
+    def column(self, label: str, c: relative.Coordinate) -> str:
         """Column of the force of a lock."""
         return f"{c.joint}.lock_{c.effort}"
 
@@ -181,12 +175,8 @@ class Switched(Restartable):
     def at(self, t: float) -> Bools:
         """Items that act in a step that begins at `t`, shape (items,)."""
         late = t + SAME_TIME * self._t_end
-        return np.array(
-            [
-                windows is None or any(start <= late < end for start, end in windows)
-                for windows in self._windows
-            ]
-        )
+        acts = [w is None or any(start <= late < end for start, end in w) for w in self._windows]
+        return np.array(acts)
 
     def _switch(self) -> None:
         self.group.switch(np.repeat(self.acting[:, None], self.group.count, axis=1))

@@ -158,7 +158,7 @@ class _Vectors:
 
 def end_pair(
     ends: Sequence[tuple[End, End]], axes: Sequence[Floats], directors: Sequence[int]
-) -> tuple[EndGroup, EndGroup]:
+) -> tuple[EndGroup, ...]:
     """Both ends of each of a list of joints.
 
     Args:
@@ -166,11 +166,10 @@ def end_pair(
         axes: Vectors of both places of each joint, shape (2, 3, 3).
         directors: Number of directors that matter at the first and at the second places.
     """
-    first, second = (
+    return tuple(
         EndGroup([pair[k] for pair in ends], np.array(axes)[:, k], f"{k + 1}", directors[k] > 0)
         for k in range(2)
     )
-    return first, second
 
 
 def frame_about(axis: Sequence[float] | Floats) -> Floats:

@@ -1,8 +1,6 @@
 """Places on bodies by edge, area, name or coordinates, the same on every rank."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -17,6 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.meshes.tying import coordinate_element
+from shellmb.model.body import FixedDofs
 from shellmb.model.locations.ends import End
 from shellmb.scene import Scene
 from shellmb.scene.multibody.joints import GROUND
@@ -33,15 +32,22 @@ class Meshed(Protocol):
 
     name: str
     mixed: MixedSpace
+    fixed: list[FixedDofs]
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+
+    @property
+    def jump_parts(self) -> frozenset[str]:
+        """Parts that have equations for the jump of velocities."""
 
     @property
     def domain(self) -> Any:
         """Mesh of the body with names: a `SurfaceMesh`, `LineMesh` or `FieldMesh`."""
-        ...
 
     def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, m, 3)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -63,10 +69,17 @@ class Nodes:
         """Reference director of a shell, shape (n, 3); of none without directors."""
         return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
-    def take(self, which: Ints) -> Nodes:
+    def take(self, which: Ints) -> "Nodes":
         """Some of the nodes, by their numbers."""
         dofs = {part: rows[which] for part, rows in self.dofs.items()}
         return Nodes(self.x[which], dofs, self.directors[which])
+
+    def off(self, where: Any, who: str, body: str) -> Floats:
+        """The place of the first node, or of an offset from it, shape (3,), m."""
+        x, D = self.x[0], self.directors[0]
+        if not isinstance(where, Offset):
+            return np.asarray(x)
+        return np.asarray(x + arm_components(where.by, D, who, f"'{body}'") @ D)
 
     def end(self, k: int, body: str, point: Floats | None = None) -> End:
         """A node as a place on a body, perhaps with a point off it."""
@@ -130,21 +143,20 @@ def local_point(body: Meshed, point: Any, who: str) -> tuple[Int32s, Floats | No
 def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
     """The node at a point; empty on ranks that do not hold it."""
     nodes = body.mixed.nodes("u")
-    distance = np.linalg.norm(nodes - point, axis=1)
+    distance, close = np.linalg.norm(nodes - point, axis=1), ON_NODE * body.domain.length
     comm = body.domain.mesh.comm
     nearest = comm.allreduce(
         min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=MPI.MIN
     )
-    if nearest[0] > ON_NODE * body.domain.length:
+    if nearest[0] > close:
         raise SceneError(
             f"{who}: {body.domain.kind} '{body.name}' has no node at {shown(point)}; "
             f"the nearest one is at {shown(nearest[1])}"
         )
-    here = np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
+    here = np.flatnonzero(distance <= close).astype(np.int32)
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
     count = comm.allreduce(int(np.sum(here < owned)))
     if count > 1:
-        close = ON_NODE * body.domain.length
         names = [n for n, x in body.domain.points.items() if np.linalg.norm(x - point) <= close]
         known = f", {' or '.join(map(repr, names))}" if names else ""
         raise SceneError(
@@ -304,53 +316,42 @@ def _simplex(local: Floats) -> Floats:
     return np.asarray(local / max(float(local.sum()), 1.0))
 
 
-Where = str | tuple[float, float, float] | Offset | None
+# finds a place: the name of a body, where on it, and who asks
+FindEnd = Callable[[str, Any, str], End]
 
 
-class Finder:
-    """Finds places on bodies.
+def place_on(
+    scene: Scene,
+    meshed: Mapping[str, Meshed],
+    rigid: Mapping[str, End],
+    body: str,
+    where: Any,
+    who: str,
+) -> End:
+    """A place on a body; collective.
 
     Args:
         scene: The scene.
         meshed: Shells and beams by name.
         rigid: Centres of mass of rigid bodies, and ground if there is any, by name.
+        body: Name of a body, or "ground".
+        where: Name of a point, reference coordinates, an offset from one of these, or None for a
+            rigid body's own point.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no single node there.
     """
-
-    def __init__(
-        self, scene: Scene, meshed: Mapping[str, Meshed], rigid: Mapping[str, End]
-    ) -> None:
-        self._scene, self._meshed, self._rigid = scene, meshed, rigid
-
-    def __call__(self, body: str, where: Where, who: str) -> End:
-        """The place; collective.
-
-        Args:
-            body: Name of a body, or "ground".
-            where: Name of a point, reference coordinates, an offset from one of these, or None for
-                a rigid body's own point.
-            who: Who asks, for the error.
-
-        Raises:
-            SceneError: If there is no single node there.
-        """
-        if body == GROUND:
-            origin = np.zeros(3) if where is None else np.asarray(where, dtype=float)
-            return replace(self._rigid[body], point=origin)
-        if body in self._rigid:
-            of: Any = self._scene.body(body)
-            return replace(self._rigid[body], point=of.place(where))
-        return self._on_mesh(self._meshed[body], where, who)
-
-    def _on_mesh(self, body: Meshed, where: Any, who: str) -> End:
-        node = node_of(where)
-        nodes = shared_nodes(body, node, who)
-        if len(nodes.x) != 1:
-            raise SceneError(
-                f"{who}: there are {len(nodes.x)} nodes of '{body.name}' at '{node}'; give a "
-                "single point"
-            )
-        point = nodes.x[0]
-        if isinstance(where, Offset):
-            arm = arm_components(where.by, nodes.directors[0], who, f"'{body.name}'")
-            point = point + arm @ nodes.directors[0]
-        return nodes.end(0, body.name, point)
+    if body == GROUND:
+        origin = np.zeros(3) if where is None else np.asarray(where, dtype=float)
+        return replace(rigid[body], point=origin)
+    if body in rigid:
+        of: Any = scene.body(body)
+        return replace(rigid[body], point=of.place(where))
+    node = node_of(where)
+    nodes = shared_nodes(meshed[body], node, who)
+    if len(nodes.x) != 1:
+        raise SceneError(
+            f"{who}: there are {len(nodes.x)} nodes of '{body}' at '{node}'; give a single point"
+        )
+    return nodes.end(0, body, nodes.off(where, who, body))

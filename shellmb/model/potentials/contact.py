@@ -1,7 +1,7 @@
 """Potentials and contacts with obstacles as bodies of the system: energies at points of a body."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -19,10 +19,10 @@ from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints.joints import Place
 from shellmb.meshes.nodes import node_mesh
-from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
+from shellmb.model.body import Elastic, LoadFactors, Rates
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.massless import NodeGroup, Places, gathered
+from shellmb.model.massless import NodeGroup, Scale, gathered
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
@@ -42,14 +42,14 @@ class PotentialGroup(NodeGroup):
 
     Args:
         item: What the scene has, with a name.
-        comm: Communicator.
+        scale: Communicator, and size of the scene.
         points: The points.
         turns: Whether the directors matter.
-        length: Size of the scene, m.
         carrier: A rigid body that the energy is fixed to: the body's place, a point (3,) and axes
             as rows (3, 3) that move with it; None: it is fixed in space.
 
     Attributes:
+        owner: Name of the body that it acts on.
         seen: That point with the axes at each node; None: there is none.
         resists: Whether it has friction or damping, which the account books as its loss.
         holds: Whether it may hold a body alone: contacts open, and so do not.
@@ -61,21 +61,20 @@ class PotentialGroup(NodeGroup):
     def __init__(
         self,
         item: Any,
-        comm: MPI.Comm,
+        scale: Scale,
         points: Points,
         turns: bool,
-        length: float,
         carrier: tuple[End, Floats, Floats] | None = None,
     ) -> None:
-        self.item, self.points, self.length = item, points, length
-        count, self._end, self.seen = len(points.ends), points.bound(turns), None
-        places: list[Places] = [self._end]
+        self.item, self.points, self.length = item, points, scale.length
+        count, self.owner, self.seen = len(points.ends), points.ends[0].owner, None
+        places = [points.bound(turns)]
         if carrier is not None:
             body, point, self._axes = carrier
             carried = [replace(body, point=point)] * count
             self.seen = EndGroup(carried, np.tile(self._axes, (count, 1, 1)), "2", True)
             places.append(self.seen)
-        super().__init__(f"{item.label} '{item.name}'", comm, count, places=places)
+        super().__init__(f"{item.label} '{item.name}'", scale.comm, count, places=places)
         self.weight: Expr = self.per_item(points.weights, "weight")
         # of what is a load, the factor that the energy has now
         self.factor: fem.Constant | None = None
@@ -84,22 +83,13 @@ class PotentialGroup(NodeGroup):
         self.always = self.constant(0.0)
 
     @property
-    def owner(self) -> str:
-        """Name of the body that it acts on."""
-        return self.points.ends[0].owner
-
-    @property
     def owners(self) -> set[str]:
         """Names of all bodies that it acts on."""
         return {self.owner} | (set() if self.seen is None else {self.seen.ends[0].owner})
 
     def place(self, q: Expr) -> Place:
         """The points and their directors at a state."""
-        return self._end.place(q, self.layout)
-
-    def moved(self, at: Expr, v: Expr) -> Place:
-        """Motion of points and directors by a rate or variation of the state."""
-        return change_of(self.place, at, v)
+        return self.places(q)[0]
 
     def measure(self, q: Expr) -> Expr:
         """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
@@ -128,7 +118,7 @@ class PotentialGroup(NodeGroup):
         q = fem.Function(self.mixed.space)
         found = [self.place(q).x]
         if self.seen is not None:
-            frame = self.seen.place(q, self.layout)
+            frame = self.places(q)[1]
             along = (ufl.dot(e, found[0] - frame.x) for e in frame.e)
             start = self.constant(self.seen.ends[0].point)
             axes = map(self.constant, self._axes)
@@ -149,28 +139,20 @@ class ContactGroup(PotentialGroup):
 
     Args:
         contact: Description.
-        comm: Communicator.
+        scale: Communicator, and size of the scene.
         points: The points.
-        length: Size of the scene, m.
         carrier: Place on the body of the obstacle; None: fixed in space.
     """
 
     resists = True
 
-    def __init__(
-        self,
-        contact: Contact,
-        comm: MPI.Comm,
-        points: Points,
-        length: float,
-        carrier: End | None = None,
-    ) -> None:
+    def __init__(self, contact: Contact, scale: Scale, points: Points, carrier: End | None) -> None:
         self.shape = shape_of(contact.obstacle, carrier is not None, points.linear)
         turns = contact.friction * contact.radius > 0
         seen = None if carrier is None else (carrier, self.shape.point, self.shape.axes)
-        super().__init__(contact, comm, points, turns, length, seen)
+        super().__init__(contact, scale, points, turns, seen)
         self.holds = contact.preloaded
-        self.shape.bind(self.constant, length, self.always)
+        self.shape.bind(self.constant, scale.length, self.always)
         self._size, self._arm = self.shape.size, self.constant(contact.radius)
         if self.seen is None:
             axes = tuple(self.constant(axis) for axis in self.shape.axes)
@@ -179,17 +161,13 @@ class ContactGroup(PotentialGroup):
         def some(value: float | None) -> fem.Constant | None:
             return self.constant(value) if value else None
 
-        self._law = forms.Law(
-            self.constant(contact.stiffness),
-            self.constant(contact.smoothing),
-            some(contact.relative_damping),
-            some(contact.friction),
-            some(contact.slip_speed),
-        )
+        stiffness, smoothing = map(self.constant, (contact.stiffness, contact.smoothing))
+        lossy = map(some, (contact.relative_damping, contact.friction, contact.slip_speed))
+        self._law = forms.Law(stiffness, smoothing, *lossy)
 
     def _frame(self, q: Expr) -> Place:
         """Point and axes of the obstacle at a state."""
-        return self._fixed if self.seen is None else self.seen.place(q, self.layout)
+        return self._fixed if self.seen is None else self.places(q)[1]
 
     def measure(self, q: Expr) -> Expr:
         """Measures from which the distance from the obstacle follows."""
@@ -220,7 +198,7 @@ class ContactGroup(PotentialGroup):
             return None
         at = mid if rates.middle is None else rates.middle
         place, frame, directions = self.place(at), self._frame(at), (rates.chord, dq)
-        moved = [self.moved(at, v) for v in directions]
+        moved = [change_of(self.place, at, v) for v in directions]
         carriers = [] if self.seen is None else [change_of(self._frame, at, v) for v in directions]
         r = place.x - frame.x
         n, works = self.shape.normal(r, frame.e), []
@@ -302,50 +280,34 @@ class At(NamedTuple):
     directors: tuple[Expr, ...]
 
 
-@dataclass(frozen=True)
-class LoadFactor:
-    """The factor of a potential that is a load, which is no virtual work of its own.
-
-    Args:
-        factor: The factor.
-    """
-
-    factor: fem.Constant
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> None:
-        """None: the energy has it."""
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the factor."""
-        self.factor.value = average(None)  # type: ignore[assignment]
-
-
 class UserPotential(PotentialGroup):
     """A user's potential.
 
     Args:
         item: Description.
-        comm: Communicator.
+        scale: Communicator, and size of the scene.
         points: Where it acts.
-        length: Size of the scene, m.
 
     Raises:
         SceneError: If its energy is no scalar of UFL, or does not depend on where the body is.
     """
 
-    def __init__(self, item: Potential, comm: MPI.Comm, points: Points, length: float) -> None:
-        self._turns = _uses_directors(item, len(points.ends[0].directors), comm)
-        super().__init__(item, comm, points, self._turns, length)
+    def __init__(self, item: Potential, scale: Scale, points: Points) -> None:
+        self._turns = _uses_directors(item, len(points.ends[0].directors), scale.comm)
+        super().__init__(item, scale, points, self._turns)
         if item.load:
             self.factor = self.constant(1.0)
             self.weight = self.factor * self.weight
-        self._size = self.constant(length)
+        self._size = self.constant(scale.length)
         self._X = self.per_item([end.point for end in points.ends], "X")
         self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
 
     def loads(self) -> LoadFactors | None:
         """Loads that set the load factor; the force follows from the energy."""
-        return None if self.factor is None else LoadFactor(self.factor)
+        if (factor := self.factor) is None:
+            return None
+        value = np.asarray(factor.value)
+        return LoadFactors([None], lambda given: value.fill(given[0]), lambda mid, dq: None)
 
     def measure(self, q: Expr) -> Expr:
         """Displacement over the size of the scene, and directors where they matter."""
@@ -385,24 +347,23 @@ def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
 
 
 def potential_groups(
-    points_of: ActingPoints, comm: MPI.Comm, length: float
+    points_of: ActingPoints, scale: Scale
 ) -> tuple[list[UserPotential], list[ContactGroup]]:
     """All potentials and contacts of a scene; collective.
 
     Args:
         points_of: Finds where they act.
-        comm: Communicator.
-        length: Size of the scene, m.
+        scale: Communicator, and size of the scene.
 
     Raises:
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
     scene, contacts = points_of.scene, list[ContactGroup]()
-    potentials = [UserPotential(p, comm, points_of(p), length) for p in scene.potentials]
+    potentials = [UserPotential(p, scale, points_of(p)) for p in scene.potentials]
     for item in scene.contacts:
         if not item.obstacle.deforms:
             name = item.obstacle_body
             carrier = None if name is None else points_of.find(name, None, said(item))
-            contacts.append(ContactGroup(item, comm, points_of(item), length, carrier))
+            contacts.append(ContactGroup(item, scale, points_of(item), carrier))
             contacts[-1].check_start()
     return potentials, contacts

@@ -13,7 +13,7 @@ from dolfinx import fem, la
 from shellmb.arrays import Floats, Ints
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.nodes import Finder, shared_nodes, values_at
+from shellmb.model.locations.nodes import FindEnd, shared_nodes, values_at
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -58,6 +58,7 @@ class Points:
         return EndGroup(ends, axes, "1", turns or arms)
 
 
+@dataclass(frozen=True)
 class ActingPoints:
     """Finds the points of bodies where potentials and contacts act; collective.
 
@@ -69,16 +70,11 @@ class ActingPoints:
         reduced: Points on bodies in modes, by the names of what acts there.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        find: Finder,
-        meshed: Mapping[str, MeshedBody],
-        rigid_meshes: Mapping[str, MeshedBody],
-        reduced: Mapping[str, Points],
-    ) -> None:
-        self.scene, self.find, self._reduced = scene, find, reduced
-        self._meshed, self._rigid_meshes = meshed, rigid_meshes
+    scene: Scene
+    find: FindEnd
+    meshed: Mapping[str, MeshedBody]
+    rigid_meshes: Mapping[str, MeshedBody]
+    reduced: Mapping[str, Points]
 
     def __call__(self, item: Any) -> Points:
         """Points of the body of a potential or contact.
@@ -90,13 +86,13 @@ class ActingPoints:
             SceneError: If there is no such place.
         """
         (body,), who = self.scene.bodies_of(item), said(item)
-        if item.name in self._reduced:
-            return self._reduced[item.name]
-        if body.name in self._meshed:
-            return points_on(self._meshed[body.name], item.at, who)
+        if item.name in self.reduced:
+            return self.reduced[item.name]
+        if body.name in self.meshed:
+            return points_on(self.meshed[body.name], item.at, who)
         center = self.find(body.name, None, who)
-        if body.name in self._rigid_meshes:
-            found = points_on(self._rigid_meshes[body.name], item.at, who)
+        if body.name in self.rigid_meshes:
+            found = points_on(self.rigid_meshes[body.name], item.at, who)
             return replace(found, ends=[replace(center, point=end.point) for end in found.ends])
         named = isinstance(item.at, tuple) and isinstance(item.at[0], str)
         ends = [self.find(body.name, at, who) for at in (item.at if named else (item.at,))]

@@ -7,10 +7,8 @@ full row and column instead of a full block. Schemes that keep the angular momen
 the rotation of the shells in a step, and the couple that keeps their forces free of a moment.
 """
 
-from __future__ import annotations
-
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -231,10 +229,11 @@ class Filling(NodeGroup):
     Attributes:
         resists: False, as of potentials.
         surfaces: What encloses it.
+        held: Sizes of the parts that it has in common with these.
     """
 
     resists = False
-    surfaces: Sequence[Enclosing] = ()
+    surfaces: Sequence["Enclosing"] = ()
 
     def __init__(
         self,
@@ -246,13 +245,9 @@ class Filling(NodeGroup):
     ) -> None:
         self.item, self.volume, self.moment_free = item, volume, moment_free
         who = said(item)
-        parts = (
-            PartScale("v", f"volume of {who}", 1.0, ADVICE),
-            PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
-            *_moment_free_parts(who, moment_free),
-        )
-        own = {"v": 1, "mu": 1} | (MOMENT_FREE if moment_free else {})
-        super().__init__(f"{who}: filling", comm, 1, own=own, parts=parts)
+        self.held = {"mu": 1} | (MOMENT_FREE if moment_free else {})
+        parts = PartScale("v", f"volume of {who}", 1.0, ADVICE), *_scales(who, self.held)
+        super().__init__(f"{who}: filling", comm, 1, own={"v": 1, **self.held}, parts=parts)
         self.kinematic, self.jump_parts = frozenset({"v"}), frozenset({"v", "mu"})
         self.pressure, self._size = self.constant(pressure), self.constant(volume)
         if item.gas is None:
@@ -335,25 +330,17 @@ class Enclosing(Body):
         self._cones = ReferenceCones(item, shell)
         domain, cell = shell.mixed.space.mesh, shell.mixed.space.mesh.basix_cell()
         nodal = shell.mixed.subspaces["u"].ufl_element()
-        whole = {"mu": 1} | (MOMENT_FREE if filling.moment_free else {})
         elements = {
             part: basix.ufl.element("DG", cell, 0, shape=(size,) if size > 1 else ())
-            for part, size in whole.items()
+            for part, size in filling.held.items()
         }
         mixed = mixed_space(domain, {"u": nodal} | elements, frozenset())
         who = said(item)
-        super().__init__(
-            f"{who}: surface '{shell.name}'",
-            mixed,
-            (
-                PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
-                *_moment_free_parts(who, filling.moment_free),
-            ),
-            (
-                _displacements(mixed, shell),
-                *(same_everywhere(mixed, p, filling.name, filling.numbers(p)[0]) for p in whole),
-            ),
-        )
+        links = [_displacements(mixed, shell)]
+        for part in filling.held:
+            links.append(same_everywhere(mixed, part, filling.name, filling.numbers(part)[0]))
+        parts = _scales(who, filling.held)
+        super().__init__(f"{who}: surface '{shell.name}'", mixed, parts, tuple(links))
         self.kinematic, self.jump_parts = frozenset({"u"}), frozenset({"mu"})
         self._layout, self._shell, self._sign = Layout(mixed.parts), shell, sign
         self._pressure = fem.Constant(domain, float(filling.pressure.value))
@@ -385,23 +372,14 @@ def _held(body: Body, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Cons
     """List what the pressure holds; that it holds, Newton's method sees."""
     places = [body.mixed.parts[part] for part in ("mu", *MOMENT_FREE) if part in body.mixed.parts]
     numbers = [first + k for first, size in places for k in range(size)]
-    return Constraints(
-        law,
-        lambda q: ufl.as_vector([q[k] for k in numbers]),
-        pressure,
-        dx,
-        lambda states: np.zeros(len(states)),
-    )
+    held = law, lambda q: ufl.as_vector([q[k] for k in numbers]), pressure, dx
+    return Constraints(*held, lambda states: np.zeros(len(states)))
 
 
-def _moment_free_parts(who: str, moment_free: bool) -> tuple[PartScale, ...]:
-    """Scales of the rotation and of the couple."""
-    if not moment_free:
-        return ()
-    return (
-        PartScale("rotation", f"rotation of {who}", 1.0, ADVICE),
-        PartScale("couple", f"couple of {who}", 1.0, ADVICE),
-    )
+def _scales(who: str, held: Iterable[str]) -> tuple[PartScale, ...]:
+    """Scales of the pressure, and of the rotation and the couple where there are some."""
+    scales = {"mu": (f"pressure of {who}", SMALL_PRESSURE)}
+    return tuple(PartScale(p, *scales.get(p, (f"{p} of {who}", 1.0)), ADVICE) for p in held)
 
 
 def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:

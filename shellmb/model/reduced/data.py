@@ -226,15 +226,12 @@ def _aligned(body: ModalBody, other: ModalBody, comm: MPI.Comm) -> ModalBody:
 
 def _amplitudes(body: ModalBody, other: ModalBody, comm: MPI.Comm) -> Floats:
     """The amplitudes by those of the basis that is looked for, shape (K, K)."""
-    ours, its = (
-        np.concatenate(
-            [
-                np.concatenate([m.u.reshape(-1, b.count), b.length * m.w.reshape(-1, b.count)])
-                for m in b.members.values()
-            ]
-        )
-        for b in (body, other)
-    )
+
+    def shapes_of(b: ModalBody) -> Floats:
+        parts = (part for m in b.members.values() for part in (m.u, b.length * m.w))
+        return np.concatenate([part.reshape(-1, b.count) for part in parts])
+
+    ours, its = shapes_of(body), shapes_of(other)
     gram, mixed = (comm.allreduce(ours.T @ shapes, op=MPI.SUM) for shapes in (ours, its))
     near = np.linalg.solve(gram, mixed)
     root, its_root = np.sqrt(body.stiffness), np.sqrt(other.stiffness)

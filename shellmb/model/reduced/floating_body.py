@@ -15,7 +15,7 @@ Forces that turn with the body, and moments, are a force `P_a` and a moment `T_a
 axes and forces `F_k` on the amplitudes, linear in these.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -38,7 +38,7 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.model.body import Elastic, LoadFactors, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import NONE, NodeGroup, NodeLoads, Scale, Targets
+from shellmb.model.massless import NONE, NodeGroup, Scale, Targets, node_loads
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import StrainDamping
 from shellmb.model.sections.strains import SeparateRows, Strains
@@ -132,6 +132,8 @@ class OnFrame(ConstraintGroup):
         others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
+    _violation: Callable[[Expr], Expr]
+
     def __init__(
         self,
         title: str,
@@ -155,9 +157,6 @@ class OnFrame(ConstraintGroup):
             own=own,
         )
         self.table = self.per_item(table, "coefficients")
-
-    def _violation(self, q: Expr) -> Expr:
-        raise NotImplementedError
 
     def _directors(self, q: Expr, tag: str = "1") -> Vectors:
         """Changes of the directors of a frame."""
@@ -293,7 +292,7 @@ class LoadPoints(OnArms):
     def loads(self) -> LoadFactors:
         """The loads with factors of their own."""
         values = np.array([item.force for item in self._data])
-        return NodeLoads(self.nodes, values, [item.time for item in self._data], self._work)
+        return node_loads(self.nodes, values, [item.time for item in self._data], self._work)
 
 
 class FrameLoads(NodeGroup):
@@ -333,4 +332,4 @@ class FrameLoads(NodeGroup):
         one = np.eye(10)[0]
         values = [one if p.along is None else np.append(0.0, p.along) for p in self._data]
         times = [item.time for item in self._data]
-        return NodeLoads(self.nodes, np.array(values), times, self._work)
+        return node_loads(self.nodes, np.array(values), times, self._work)

@@ -17,8 +17,6 @@ amplitudes tell: displacements, strains and normals, their rates and variations 
 modes. The unknowns of a cell are the same for all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -42,14 +40,8 @@ from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import values_at
 from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
+from shellmb.model.reduced import floating_body
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
-from shellmb.model.reduced.floating_body import (
-    FrameLoads,
-    InertiaPoints,
-    Interfaces,
-    LoadPoints,
-    Modes,
-)
 
 
 @dataclass(frozen=True)
@@ -62,13 +54,13 @@ class ModalPoints(Points):
         w: Changes of the directors by the modes, shape (n, m, 3, K), 1/m.
     """
 
-    body: Modes
+    body: floating_body.Modes
     u: Floats
     w: Floats
 
     linear = False
 
-    def bound(self, turns: bool) -> ModalPlaces:
+    def bound(self, turns: bool) -> "ModalPlaces":
         """The points at nodes of a group."""
         return ModalPlaces(self, turns)
 
@@ -132,7 +124,7 @@ class ModalTerms(Body):
         center: Where its frame is at rest, shape (3,), m.
     """
 
-    def __init__(self, body: Modes, member: Member) -> None:
+    def __init__(self, body: floating_body.Modes, member: Member) -> None:
         self._of, frame = member.body, body.frame
         self.of, self.center = body.data.name, frame.node
         space = self._of.mixed.space
@@ -164,15 +156,10 @@ class ModalTerms(Body):
     def _state(self, q: Expr) -> Expr:
         """State of the shell or beam, without resultants."""
         eta, w = amplitudes(self.layout, q), vectors(self.layout.part(q, "w1"))
-        found = [0 * eta[0]] * self._shapes[0].ufl_shape[0]
+        none, pairs = 0 * eta[0], list(zip(eta, self._shapes, strict=True))
+        found = [none] * self._shapes[0].ufl_shape[0]
         for first, at in self._rest.items():
-            moved = [
-                sum(
-                    (e * s[i] for e, s in zip(eta[1:], self._shapes[1:], strict=True)),
-                    eta[0] * self._shapes[0][i],
-                )
-                for i in range(first, first + 3)
-            ]
+            moved = [sum((e * s[i] for e, s in pairs), none) for i in range(first, first + 3)]
             A = ufl.as_vector([0 if at is None else at[0][at[1] + i] for i in range(3)])
             change = forms.carried(A, ufl.as_vector(moved), w)
             if first == self._of.mixed.parts["u"][0]:
@@ -204,24 +191,24 @@ def modal_bodies(
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Modes(scale.comm, kept, ends[kept.name])
+        body = floating_body.Modes(scale.comm, kept, ends[kept.name])
         found.append(body)
         if dynamic:
-            found.append(InertiaPoints(body, scale))
+            found.append(floating_body.InertiaPoints(body, scale))
         if kept.points_loaded:
-            found.append(LoadPoints(body, scale))
+            found.append(floating_body.LoadPoints(body, scale))
         if kept.follower_loads:
-            found.append(FrameLoads(body))
+            found.append(floating_body.FrameLoads(body))
         found += [ModalTerms(body, m) for m in kept.members.values() if m.body.described.terms]
         if kept.interfaces:
             others = [ends[item.name] for item in kept.interfaces]
-            found.append(Interfaces(body, others, scale))
+            found.append(floating_body.Interfaces(body, others, scale))
     return found
 
 
-def modes_of(bodies: Iterable[Body]) -> list[Modes]:
+def modes_of(bodies: Iterable[Body]) -> list[floating_body.Modes]:
     """The modes of all reduced bodies of a system."""
-    return [body for body in bodies if isinstance(body, Modes)]
+    return [body for body in bodies if isinstance(body, floating_body.Modes)]
 
 
 def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:

@@ -1,6 +1,7 @@
 """Damping and relaxation of a body: of its strains, and in proportion to its mass."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, reduce
 from operator import add
 from typing import Any, NamedTuple
@@ -31,6 +32,7 @@ from shellmb.native.programs.tables import points_of
 from shellmb.scene import BeamSection, Section
 
 
+@dataclass(frozen=True)
 class StrainDamping:
     """Damping of a body's strains, eq. (D1).
 
@@ -39,21 +41,17 @@ class StrainDamping:
         rates: Makes `following`; None: forces follow from strains point by point.
     """
 
-    def __init__(
-        self,
-        parts: Sequence[SectionStrains],
-        rates: Callable[[fem.Function, fem.Function], Callable[[], None]] | None = None,
-    ) -> None:
-        self._parts, self._rates = parts, rates
+    parts: Sequence[SectionStrains]
+    rates: Callable[[fem.Function, fem.Function], Callable[[], None]] | None = None
 
     def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
         """Function that gives a velocity at a state rates of resultants; None: none needs them."""
-        return None if self._rates is None else self._rates(q, v)
+        return None if self.rates is None else self.rates(q, v)
 
     def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives."""
         terms = []
-        for part in self._parts:
+        for part in self.parts:
 
             def over_time(densities: Sequence[Expr], on: Integrate = part.integrate) -> Form:
                 return on([density / along.dt for density in densities])
@@ -65,13 +63,13 @@ class StrainDamping:
         """Work over the step, eq. (D2); never positive."""
         works = (
             part.integrate([-density / along.dt for density in taken(part.common, along)])
-            for part in self._parts
+            for part in self.parts
         )
         return reduce(add, works)
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
-        works = (part.integrate(at_state(part.common, q, v, dq)) for part in self._parts)
+        works = (part.integrate(at_state(part.common, q, v, dq)) for part in self.parts)
         return reduce(add, works)
 
 
@@ -205,7 +203,8 @@ class Branches:
         own = topology.index_map(topology.dim).size_local
         self._own = slice(0, own)
         # through its values at the points, so that resultants can be read elsewhere
-        degree = round(len(self._points) ** (1 / topology.dim)) - 1 if _tensor(domain) else 2
+        triangles = topology.cell_name() == "triangle"
+        degree = 2 if triangles else round(len(self._points) ** (1 / topology.dim)) - 1
         single = basix.ufl.element("P", domain.basix_cell(), degree, discontinuous=True)
         at_nodes = space_on(domain, basix.ufl.blocked_element(single, shape=(self._size,)))
         table = single.basix_element.tabulate(0, self._points)[0, :, :, 0]
@@ -399,10 +398,6 @@ def branches_of(body: Any) -> MaxwellBranches | None:
     make = getattr(body, "branches", None)
     found: MaxwellBranches | None = None if make is None else make()
     return found
-
-
-def _tensor(domain: mesh.Mesh) -> bool:
-    return str(domain.topology.cell_name()) != "triangle"
 
 
 def _renew(rows: Rows, other: Rows) -> None:

@@ -1,4 +1,4 @@
-"""Strains that a body has without stress: what they add to its forces, and their sizes.
+"""Loads of shells and beams, and strains that these have without stress, which act as loads do.
 
 With `e - theta e*` in place of the strain `e` of a linear section the forces are those of `e` less
 `theta S*`, `S* = C e*`: a stress that is given, and that acts on the same strains, at the same
@@ -8,6 +8,7 @@ form stays what it is. What is reported is of `e - theta e*`.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from mpi4py import MPI
@@ -21,7 +22,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, alike, warn
 from shellmb.forms.measure import Measure
-from shellmb.model.body import TimeFunction
+from shellmb.model.body import LoadFactors, MassiveBody, Rates, TimeFunction
+from shellmb.model.massless import timed_loads
+from shellmb.model.user_forms import virtual_work
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said
@@ -67,6 +70,68 @@ class NaturalStress:
         return self.integrate([self.now * ufl.dot(stress, shift) for stress in self.stresses])
 
 
+class LoadedBody(MassiveBody):
+    """A shell or beam on its mesh, with distributed loads, a natural strain and terms of the user.
+
+    Attributes:
+        described: Its description.
+        section: Its section, bound to the mesh.
+        rules: Rules of its integrals.
+        integrate: Integral of densities, one for each rule.
+        natural_stress: Gives the first four of what `NaturalStress` has, of a natural strain.
+        load_work: Gives the virtual work of a load for a factor of one.
+        point: Gives what terms of the user depend on; arguments as of `applied`.
+        rigid_axes: Axes of a rigid body in its place, in columns: those of the scene.
+    """
+
+    rigid_axes = np.eye(3)
+
+    described: Any
+    section: Any
+    rules: Any
+    integrate: Callable[[Sequence[Expr]], Form]
+    natural_stress: Callable[[Any], tuple[Expr, tuple[Expr, ...], Expr, Measure]]
+    load_work: Callable[[Any, Expr, Expr], Form]
+    point: Callable[..., Any]
+    _loads: Sequence[Distributed]
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        return float(self.section.force.value)
+
+    @cached_property
+    def natural(self) -> NaturalStress | None:
+        """The stress of its natural strain; None without one."""
+        given, domain = self.described.natural, self.mixed.space.mesh
+        if given is None:
+            return None
+        now, mean = fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        return NaturalStress(*self.natural_stress(given), self.integrate, given.time, now, mean)
+
+    def loads(self) -> LoadFactors | None:
+        """A set of its loads with time factors of their own."""
+        return self.loads_of(self._loads) if self._loads else None
+
+    def loads_of(self, loads: Sequence[Distributed]) -> LoadFactors:
+        """Some loads on it with time factors of their own."""
+        timed = [(load.time, load) for load in loads]
+        return timed_loads(self.mixed.space.mesh, timed, self._work)
+
+    def _work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        if self.natural is not None and load is self.described.natural:
+            return self.natural.work(mid, dq)
+        return self.load_work(load, mid, dq)
+
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Terms that the user added; None without any."""
+        terms = self.described.terms
+        if not terms:
+            return None
+        point = self.point(mid, rates, dq, time)
+        return virtual_work(terms, point, dq, said(self.described)) * self.rules.full
+
+
 # Green's strain of a length that vanishes, and of one that grows by 1.73; beyond 5 % sections
 # whose stress is linear are doubtful, and most strains are slips of units
 LEAST, MOST, LARGE = -0.5, 1.0, 0.05
@@ -95,7 +160,8 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
         found = np.concatenate([np.concatenate(each) for each in comm.allgather(extremes)])
         factors = _factors(body.natural.time, t_end, f"natural strain of {said(body)}: time")
         low, high = (f(np.outer(factors, found), initial=0.0) for f in (np.min, np.max))
-        who = f"{said(body)}: its natural strain{_where(body)} reaches"
+        curved = np.any(body.natural.curvature) or callable(body.natural.curvature)
+        who = f"{said(body)}: its natural strain{' at the faces' * bool(curved)} reaches"
         if low < LEAST or high > MOST:
             wrong = low if low < LEAST else high
             raise SceneError(
@@ -111,11 +177,6 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
                     f"{who} {largest:.4g}, more than {LARGE:g}: stresses that are linear in such "
                     f"strains are unreliable; {RATIO}"
                 )
-
-
-def _where(body: object) -> str:
-    curved = np.any(body.natural.curvature) or callable(body.natural.curvature)  # type: ignore[attr-defined]
-    return " at the faces" if curved else ""
 
 
 def _principal(a: Floats | float, b: Floats | float, c: Floats | float) -> Floats:

@@ -67,31 +67,24 @@ def quadrature_rules(domain: mesh.Mesh, degree: int) -> Rules:
     else:
         full = {"quadrature_degree": 2 * degree + 1}
         nodes = {"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}
-    every = (ufl.Measure("dx", domain, metadata=metadata) for metadata in (full, nodes, *taken))
-    whole, lumped, *others = every
-    return Rules(whole, lumped, tuple(others))
+    return _rules(domain, full, nodes, *taken)
 
 
-def over_surface(rules: Rules, densities: Sequence[Expr]) -> Form:
-    """Integral of densities over a shell, where strains are integrated and where they are taken.
+def _rules(domain: mesh.Mesh, *metadata: dict[str, Any]) -> Rules:
+    full, nodes, *taken = (ufl.Measure("dx", domain, metadata=data) for data in metadata)
+    return Rules(full, nodes, tuple(taken))
+
+
+def integral(measures: Sequence[ufl.Measure], densities: Sequence[Expr]) -> Form:
+    """Integral of densities over a shell or beam.
 
     Args:
-        rules: The rules.
-        densities: The densities, of the first rules if they are fewer.
+        measures: The measures.
+        densities: The densities, of the first measures if they are fewer.
     """
-    forms = [d * dx for d, dx in zip(densities, (rules.full, *rules.taken), strict=False)]
+    forms = [d * dx for d, dx in zip(densities, measures, strict=False)]
     # added one by one, UFL looks through those before again and again
-    return Form([integral for form in forms for integral in form.integrals()])
-
-
-def over_line(rule: ufl.Measure, densities: Sequence[Expr]) -> Form:
-    """Integral of a density over a beam.
-
-    Args:
-        rule: The rule.
-        densities: The density.
-    """
-    return densities[0] * rule
+    return Form([part for form in forms for part in form.integrals()])
 
 
 def line_rules(domain: mesh.Mesh, degree: int) -> Rules:
@@ -101,16 +94,9 @@ def line_rules(domain: mesh.Mesh, degree: int) -> Rules:
         domain: The mesh.
         degree: Degree of displacement and directors.
     """
-
-    def measure(metadata: dict[str, Any]) -> ufl.Measure:
-        return ufl.Measure("dx", domain, metadata=metadata)
-
-    return Rules(
-        measure({"quadrature_degree": 2 * degree + 1}),
-        measure({"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}),
-        # as many Gauss points as the degree
-        (measure({"quadrature_degree": 2 * degree - 1}),),
-    )
+    # of the last as many Gauss points as the degree
+    full, taken = ({"quadrature_degree": 2 * degree + k} for k in (1, -1))
+    return _rules(domain, full, {"quadrature_rule": "GLL", **taken}, taken)
 
 
 def custom(points: Any, weights: Any) -> dict[str, Any]:
@@ -270,11 +256,8 @@ def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
     section = shell.section
     if not isinstance(section, LinearSection) or shell.holds_strains:
         return True
-    return (
-        _damps_unlike(shell, section)
-        or section.relaxes
-        or domain.topology.cell_name() == "triangle"
-    )
+    triangles = domain.topology.cell_name() == "triangle"
+    return triangles or section.relaxes or _damps_unlike(shell, section)
 
 
 def _damps_unlike(shell: Shell, section: LinearSection) -> bool:
@@ -367,8 +350,13 @@ def _share(domain: mesh.Mesh, thickness: float | Floats) -> Expr:
     if domain.basix_cell() == CellType.quadrilateral:
         return ufl.as_ufl(0.0)
     x = SHARE * thickness**2 / cell_squares(domain)
-    function = fem.Function(space_on(domain, ("DG", 0)))
-    function.x.array[:] = x / (1 + x)
+    return per_cell(domain, x / (1 + x))
+
+
+def per_cell(domain: mesh.Mesh, values: Floats, size: int = 1) -> fem.Function:
+    """A number, or a vector of some size, on each cell."""
+    function = fem.Function(space_on(domain, ("DG", 0, (size,)) if size > 1 else ("DG", 0)))
+    function.x.array[:] = values.ravel()
     return function
 
 

@@ -2,30 +2,22 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.measure import Measure, at_middle, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
+from shellmb.forms.steps import stress_work
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval, MixedStrains
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, NonlinearPath, projected, tangent
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of, slope_at
-from shellmb.forms.steps.stress_work import (
-    POINTS,
-    ExactInterval,
-    GeneralStrain,
-    QuadraticStrain,
-    StrainPath,
-    general_work,
-    interval_work,
-    stress_work,
-)
+from shellmb.forms.steps.potentials import Stretch
 from shellmb.model.body import Elastic, SubInterval, Term
 
 
@@ -71,13 +63,28 @@ def _stress_work(
 ) -> list[Expr]:
     """Work of some stresses of strains, with what remains of their compatibility."""
     pairs = zip(stresses, strains, strict=True)
-    works = [stress_work(of, states, s, e, tests) for s, e in pairs]
+    works = [stress_work.stress_work(of, states, s, e, tests) for s, e in pairs]
     return [sum(densities) for densities in zip(*works, strict=True)]
 
 
 def _single(trial: Any) -> Expr:
     """Virtual displacement of a single row."""
     return ufl.TestFunction(trial.ufl_function_space())
+
+
+def two_rows(
+    step: Step, tests: Sequence[Expr], trial: Any, work: Callable[[int, Expr, bool], Form]
+) -> Term:
+    """Work in both rows of a step that is quadratic in time.
+
+    Args:
+        step: The step.
+        tests: Virtual displacement of each row.
+        trial: Trial function of the space of an unknown state.
+        work: Work in a row on a virtual displacement, exact or without what derivatives leave out.
+    """
+    alone = tuple(work(k, _single(trial), False) for k in (0, 1))
+    return Term(work(0, tests[0], True) + work(1, tests[1], True), step.rows.numbers, alone)
 
 
 def together(a: Term, b: Term) -> Term:
@@ -120,7 +127,7 @@ class SectionStrains(Elastic):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
-        return self.integrate(interval_work(self.common, span, dq))
+        return self.integrate(stress_work.interval_work(self.common, span, dq))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
@@ -129,10 +136,6 @@ class SectionStrains(Elastic):
 
     def _bow_of(self, step: Step) -> Expr:
         return step.bow_of(self.strain)
-
-    def resultants(self, q: Expr) -> Any:
-        """Strains and forces of a state."""
-        return self.strain.value(q), self.section.forces(self.layout, q)
 
     def mean(self, step: Step) -> Any:
         """Means of the strains and forces over a step that is quadratic in time."""
@@ -181,24 +184,25 @@ class GeneralStrains(SectionStrains):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
-        return self.integrate(interval_work(self.common, span, dq, ExactInterval(self.weight)))
+        acting = partial(stress_work.exact_interval, self.weight)
+        return self.integrate(stress_work.interval_work(self.common, span, dq, acting))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord.
 
         Derivatives are those without what makes it so.
         """
-
-        def row(k: int, dq: Expr, exact: bool = True) -> Form:
-            return self.integrate(general_work(self.common, along, step.path, k, dq, exact))
-
         along = self._over(step.states)
-        residual = row(0, tests[0]) + row(1, tests[1])
-        alone = tuple(row(k, _single(trial), exact=False) for k in (0, 1))
-        return Term(residual, step.rows.numbers, alone)
 
-    def _over(self, states: Sequence[Expr]) -> GeneralStrain:
-        return GeneralStrain(self.strain, states, self.product)
+        def row(k: int, dq: Expr, exact: bool) -> Form:
+            return self.integrate(
+                stress_work.general_work(self.common, along, step.path, k, dq, exact)
+            )
+
+        return two_rows(step, tests, trial, row)
+
+    def _over(self, states: Sequence[Expr]) -> stress_work.GeneralStrain:
+        return stress_work.GeneralStrain(self.strain, states, self.product)
 
     def _bow_of(self, step: Step) -> Expr:
         return self._over(step.path.states).bow
@@ -226,14 +230,15 @@ class HyperelasticStrains(SectionStrains):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval by a discrete gradient, eq. (21)."""
-        acting = at_middle if self.quadratic else ExactInterval(self.weight)
+        exact = partial(stress_work.exact_interval, self.weight)
+        acting = at_middle if self.quadratic else exact
         return self.integrate(self.section.virtual_work(self.strain, self.layout, span, dq, acting))
 
     def _over(self, step: Step, states: Sequence[Expr]) -> NonlinearPath:
-        def over(strain: Measure) -> StrainPath:
+        def over(strain: Measure) -> stress_work.StrainPath:
             if self.quadratic:
-                return QuadraticStrain(strain, states, step)
-            return GeneralStrain(strain, states, self.product)
+                return stress_work.QuadraticStrain(strain, states, step)
+            return stress_work.GeneralStrain(strain, states, self.product)
 
         return NonlinearPath(self.section, self.layout, self.strain, step, over)
 
@@ -357,7 +362,7 @@ class DistanceEnergy(ExactEnergy):
 
     def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
         stress = forms.interval_stress(self.potential, self._at(a), self._at(b), beta)
-        return stress[0] * forms.distance_slope(self.distance, a, b)
+        return stress[0] * forms.interval_stress(self.distance, a, b, 0.0)
 
     def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
         return forms.distance_stresses(self.potential, self.distance, e, alpha)
@@ -383,7 +388,7 @@ class PotentialStrains(ExactEnergy):
             return None
         value, psi, (x, D) = self.strain.value, self.potential, sub.rows.states[:2]
         a, b = value(x - D / 2), value(x + D / 2)
-        m, half = (a + b) / 2, POINTS[1] * (b - a) / 2
+        m, half = (a + b) / 2, stress_work.POINTS[1] * (b - a) / 2
         mean = (gradient(psi, m - half) + gradient(psi, m + half)) / 2
         mean += span.beta / 2 * (gradient(psi, b) - gradient(psi, a))
         acting, stresses = self.strain.change(x, dq), (self._stress(a, b, span.beta), mean)
@@ -393,20 +398,17 @@ class PotentialStrains(ExactEnergy):
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
         psi, alpha = self.potential, step.path.alpha
-        along = QuadraticStrain(self.strain, step.states, step)
+        along = stress_work.QuadraticStrain(self.strain, step.states, step)
         stretch = Stretch(along.first, along.change, along.bow)
         stresses = forms.path_stresses(psi, stretch, alpha)
         first, second = projected(psi, along)
         middle = (along.first + along.last) / 2
         simple = first, second + alpha / 2 * ufl.dot(tangent(psi, middle), along.bow)
 
-        def work(stresses: Sequence[Expr], k: int, dq: Expr) -> Form:
-            return along.work(stresses, k, dq) * self.weight * self.dx
+        def work(k: int, dq: Expr, exact: bool) -> Form:
+            return along.work(stresses if exact else simple, k, dq) * self.weight * self.dx
 
-        single = _single(trial)
-        residual = work(stresses, 0, tests[0]) + work(stresses, 1, tests[1])
-        alone = work(simple, 0, single), work(simple, 1, single)
-        return Term(residual, step.rows.numbers, alone)
+        return two_rows(step, tests, trial, work)
 
     def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """None: the work over a step is `path_term`."""

@@ -1,7 +1,5 @@
 """Contact of points of one body with both faces of a shell, or of a shell with itself."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -36,7 +34,7 @@ class Law(NamedTuple):
     stiffness: Floats
     item: Contact
 
-    def only(self, which: Ints) -> Law:
+    def only(self, which: Ints) -> "Law":
         """Law of some of the points."""
         return self._replace(stiffness=self.stiffness[which])
 
@@ -108,6 +106,8 @@ class FacesContact:
         x_dofs: Global dofs of their displacements in the shell's space, shape (m, 3).
         law: Law of all points.
         between: What watches the bodies between their nodes.
+        width: Distances that are blended, m.
+        alone: Whether a shell touches itself.
     """
 
     def __init__(
@@ -139,6 +139,9 @@ class FacesContact:
         nodes = shared_nodes(shell, None, said(item))
         self.x, self.x_dofs = nodes.x, nodes.dofs["u"]
         self.law = Law(reach, item.stiffness * points.weights[has], item)
+        # and the distance from the nearest of all facets at which none of them is felt
+        self.width, self.alone = BLEND * reach, self.body == self.shell
+        self._far = reach + FELT * self.width
         self.facets = facets_of(shell, self.x_dofs[:, 0])
         own = None
         if item.at is None and body is not None and not self.alone:
@@ -154,21 +157,6 @@ class FacesContact:
                 f"{said(item)}: smoothing is {item.smoothing:g}; it must be less than half of the "
                 f"distance of mid-surfaces that touch, which is {reach:g}"
             )
-
-    @property
-    def width(self) -> float:
-        """Distances that are blended, m."""
-        return BLEND * self.law.reach
-
-    @property
-    def _far(self) -> float:
-        """Distance from the nearest of all facets at which none of them is felt, m."""
-        return self.law.reach + FELT * self.width
-
-    @property
-    def alone(self) -> bool:
-        """Decide whether a shell touches itself."""
-        return self.body == self.shell
 
     def _far_along(self) -> Bools | None:
         """Cells far enough along the shell to touch points of it, (n, cells); None: all."""
@@ -265,10 +253,8 @@ class FacesContact:
 
     def through(self, found: Candidates, a: Any, b: Any) -> int | None:
         """A point that crosses the shell on a straight path between two states, if any."""
-        y, v = zip(
-            *((y[found.point], self.facets.places(x, found.triangle)) for y, x in (a, b)),
-            strict=True,
-        )
+        places = [(y[found.point], self.facets.places(x, found.triangle)) for y, x in (a, b)]
+        y, v = zip(*places, strict=True)
         pairs, share = crossings(y, v)
         at = [part[pairs] for part in (*y, *v)]
         on = at[0] + share[:, None] * (at[1] - at[0])

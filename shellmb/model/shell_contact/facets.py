@@ -11,8 +11,6 @@ where a cubic in time is zero. It is found in Bernstein's form: where all four c
 sign it has no zero, and nearly all pairs are done with.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -104,7 +102,7 @@ class Nearest(NamedTuple):
     turns: Floats
     inverse: Floats
 
-    def only(self, which: Any) -> Nearest:
+    def only(self, which: Any) -> "Nearest":
         """Some of them."""
         return Nearest(*(values[which] for values in self))
 
@@ -231,7 +229,7 @@ def pairs_near(middles: Floats, y: Floats, distance: Floats) -> tuple[Ints, Ints
     return _pairs(cKDTree(middles), y, distance)
 
 
-def _tree(facets: Facets, x: Floats) -> tuple[cKDTree, float]:
+def _tree(facets: Facets, x: Floats) -> tuple["cKDTree", float]:
     """Middles of all triangles, and the largest distance of a vertex from its one, m."""
     # loaded where there are such contacts only
     from scipy.spatial import cKDTree
@@ -241,7 +239,7 @@ def _tree(facets: Facets, x: Floats) -> tuple[cKDTree, float]:
     return cKDTree(middles), float(np.max(np.linalg.norm(v - middles[:, None], axis=2)))
 
 
-def _pairs(tree: cKDTree, y: Floats, distance: Any) -> tuple[Ints, Ints]:
+def _pairs(tree: "cKDTree", y: Floats, distance: Any) -> tuple[Ints, Ints]:
     lists = tree.query_ball_point(y, distance, return_sorted=True)
     counts = np.array([len(some) for some in lists])
     found = [np.array(some, dtype=np.int64) for some in lists]
@@ -282,11 +280,8 @@ def crossings(y: tuple[Floats, Floats], v: tuple[Floats, Floats]) -> tuple[Ints,
 
 def _bernstein(y: tuple[Floats, Floats], v: tuple[Floats, Floats]) -> Floats:
     """Coefficients of six times the volume over the way, shape (4, n)."""
-    one, two, away = (
-        [x[:, 1] - x[:, 0] for x in v],
-        [x[:, 2] - x[:, 0] for x in v],
-        [point - x[:, 0] for point, x in zip(y, v, strict=True)],
-    )
+    one, two = ([x[:, k] - x[:, 0] for x in v] for k in (1, 2))
+    away = [point - x[:, 0] for point, x in zip(y, v, strict=True)]
     found = np.zeros((4, len(y[0])))
     for i, j in itertools.product(range(2), repeat=2):
         normal = np.cross(one[i], two[j])

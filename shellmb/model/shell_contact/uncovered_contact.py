@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +54,11 @@ class Lines:
 
     @cached_property
     def _rim(self) -> tuple[Ints, Ints]:
-        return rim(self.facets)
+        """Sides that one cell has alone, shape (m, 2), and their cells."""
+        every = np.sort(_every_side(self.facets), axis=1)
+        _, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
+        alone = first[counts == 1]
+        return every[alone], alone % len(self.facets.cells)
 
     def through(self, y: Floats, x: Floats) -> list[Meeting]:
         """Places where lines pass through facets.
@@ -119,6 +124,7 @@ class Lines:
         return found
 
 
+@dataclass(frozen=True)
 class Between:
     """Two bodies between their nodes.
 
@@ -131,21 +137,19 @@ class Between:
         reach: Distance at which they touch, m.
     """
 
-    def __init__(
-        self,
-        segments: Callable[[], Ints],
-        facets: Facets,
-        own: Facets | None,
-        apart: Bools | None,
-        reach: float,
-    ) -> None:
-        self._segments, self._facets, self._own = segments, facets, own
-        self._apart, self._reach = apart, reach
+    segments: Callable[[], Ints]
+    facets: Facets
+    own: Facets | None
+    apart: Bools | None
+    reach: float
 
     @cached_property
     def _lines(self) -> tuple[Lines, Lines | None]:
-        first = Lines(self._segments(), self._facets, self._apart)
-        return first, None if self._own is None else Lines(sides_of(self._facets), self._own, None)
+        first = Lines(self.segments(), self.facets, self.apart)
+        if self.own is None:
+            return first, None
+        sides = np.unique(np.sort(_every_side(self.facets), axis=1), axis=0)
+        return first, Lines(sides, self.own, None)
 
     def meeting(self, y: Floats, x: Floats, slack: float) -> Meeting | None:
         """Deepest place between the points, if there is one; intersections come first.
@@ -163,28 +167,12 @@ class Between:
         )
         if slack > longest:
             return None
+        depth = attrgetter("depth")
         found = [m for of, a, b in pairs for m in of.through(a, b)]
         if found:
-            deepest = max(found, key=_depth)
-            return deepest._replace(depth=deepest.depth + self._reach)
-        return max(one.beside(y, x, self._reach), default=None, key=_depth)
-
-
-def _depth(meeting: Meeting) -> float:
-    return meeting.depth
-
-
-def sides_of(facets: Facets) -> Ints:
-    """Sides of the cells of facets, each of them once, shape (m, 2)."""
-    return np.unique(np.sort(_every_side(facets), axis=1), axis=0)
-
-
-def rim(facets: Facets) -> tuple[Ints, Ints]:
-    """Sides that one cell has alone, shape (m, 2), and their cells."""
-    every = np.sort(_every_side(facets), axis=1)
-    _, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
-    alone = first[counts == 1]
-    return every[alone], alone % len(facets.cells)
+            deepest = max(found, key=depth)
+            return deepest._replace(depth=deepest.depth + self.reach)
+        return max(one.beside(y, x, self.reach), default=None, key=depth)
 
 
 def _every_side(facets: Facets) -> Ints:

@@ -21,20 +21,13 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
-from shellmb.model.body import MassiveBody, PartScale
+from shellmb.model.body import PartScale
 from shellmb.model.frames.frame import FloatingFrame, directors_held
+from shellmb.model.sections import section as sections
 from shellmb.model.sections.branches import slowing
-from shellmb.model.sections.natural import Distributed
-from shellmb.model.sections.section import (
-    bind_mass,
-    bind_section,
-    has_own_strains,
-    over_surface,
-    quadrature_rules,
-)
+from shellmb.model.sections.natural import Distributed, LoadedBody
 from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.positions import direction_1
 from shellmb.model.user_forms import components
@@ -49,7 +42,7 @@ _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
 
-class DiscreteShell(MassiveBody):
+class DiscreteShell(LoadedBody):
     """A shell on its mesh, before any force acts in it.
 
     Args:
@@ -72,7 +65,7 @@ class DiscreteShell(MassiveBody):
         self.shell = self.described = shell
         self.surface_mesh = self.domain = surface_mesh
         domain = surface_mesh.mesh
-        own = has_own_strains(shell, domain)
+        own = sections.has_own_strains(shell, domain)
         super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
         nodal = self.mixed.subspaces["u"]
         self.director = self.frames = reference_director(surface_mesh, nodal)
@@ -80,13 +73,13 @@ class DiscreteShell(MassiveBody):
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
         self.tying = maps = bind_tying(domain, shell, self.surface)
         self.layout = Layout(self.mixed.parts, maps)
-        self.rules = quadrature_rules(domain, shell.degree)
+        self.rules = sections.quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         # integral of densities, by rule
-        self.integrate: Integrate = partial(over_surface, self.rules)
+        self.integrate: Integrate = partial(sections.integral, (self.rules.full, *self.rules.taken))
         # the constraint of the director as numbers
         self.held = directors_held(shell_forms.director_constraint, 1)
-        self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
+        self.section = sections.bind_section(shell, domain, maps, at_rest=not dynamic)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
         if shell.holds_strains:
@@ -95,8 +88,8 @@ class DiscreteShell(MassiveBody):
         weighed = any(getattr(load, "weighs", False) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
-        self.mass_of_section = bind_mass(every, domain) if weighed else None
-        self.mass = bind_mass(shell, domain) if dynamic else None
+        self.mass_of_section = sections.bind_mass(every, domain) if weighed else None
+        self.mass = sections.bind_mass(shell, domain) if dynamic else None
         # whether the rotation of the director has inertia, or nothing has
         self._turns = self.mass is None or self.mass.I is not None
         self.inertialess = not self._turns
@@ -135,11 +128,6 @@ class DiscreteShell(MassiveBody):
         """Largest stiffness in the surface and mass, per width."""
         return self.section.sizes.stiffness, self.section.sizes.mass
 
-    @property
-    def rigid_axes(self) -> Floats:
-        """Axes of a rigid body in its place, in columns: those of the scene."""
-        return np.eye(3)
-
     def sizes_at(self, x: Floats) -> dict[str, Any]:
         """Thickness at positions."""
         section: Any = self.shell.section
@@ -155,11 +143,6 @@ class DiscreteShell(MassiveBody):
             fixed = None if callable(given) else np.reshape(given, (3, 1))
             parts.append(values_at(given, X, 3, who) if fixed is None else fixed)
         return [parts[0] + side * half * parts[1] for side in (-1.0, 1.0)]
-
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        return float(self.section.force.value)
 
     @cached_property
     def thickness(self) -> fem.Constant:
@@ -211,12 +194,8 @@ class DiscreteShell(MassiveBody):
     @cached_property
     def length(self) -> Measure:
         """The constraint of the director, shape (1,)."""
-        layout, director = self.layout, self.director
-
-        def value(q: Expr) -> Expr:
-            return shell_forms.director_constraint(layout.part(q, "w"), director)
-
-        return measure(lambda q: ufl.as_vector([value(q)]))
+        layout, D, held = self.layout, self.director, shell_forms.director_constraint
+        return measure(lambda q: ufl.as_vector([held(layout.part(q, "w"), D)]))
 
     def strains(self, q: Expr) -> ShellStrains:
         """Strains of a state by their names."""
@@ -224,7 +203,7 @@ class DiscreteShell(MassiveBody):
 
     def position(self, q: Expr) -> Expr:
         """Position of the deformed surface, shape (3,), m."""
-        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
+        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.part(q, "u")
 
 
 def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
@@ -238,20 +217,13 @@ def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
     forces = shell_forces(domain.basix_cell(), shell.degree)
     direction = bow = None
     if forces.constants:
-        direction = _per_cell(domain, cell_directions(domain), 3)
+        direction = sections.per_cell(domain, cell_directions(domain), 3)
     # without them strains that are constrained are those of bodies that bend, on regular meshes
     if forces.twists and shell.stretching:
         bows = cell_bows(domain)
         most = domain.comm.allreduce(np.abs(bows).max(initial=0.0), op=MPI.MAX)
-        bow = _per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
-    size = _per_cell(domain, cell_squares(domain), 1)
+        bow = sections.per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
+    size = sections.per_cell(domain, cell_squares(domain))
     components = forces.weights, forces.polynomials, forces.constants, forces.twists
     rules = tuple(rule.strains for rule in forces.rules)
     return tying(ufl.Jacobian(domain), surf, direction, bow, size, components, rules)
-
-
-def _per_cell(domain: mesh.Mesh, values: Floats, size: int) -> Expr:
-    shape = (size,) if size > 1 else ()
-    function = fem.Function(space_on(domain, ("DG", 0, shape) if shape else ("DG", 0)))
-    function.x.array[:] = values.ravel()
-    return function

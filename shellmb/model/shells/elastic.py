@@ -31,12 +31,7 @@ from shellmb.forms.steps.path import is_quadratic
 from shellmb.forms.tying import COUNT
 from shellmb.model.sections.branches import Fading, MaxwellBranches, StrainDamping
 from shellmb.model.sections.section import SectionFields, couples
-from shellmb.model.sections.strains import (
-    GeneralStrains,
-    HyperelasticStrains,
-    SectionStrains,
-    Strains,
-)
+from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.native.expressions import values_in_cells
 from shellmb.native.kernels import compiled
@@ -108,7 +103,7 @@ class ElasticShell(DiscreteShell):
     """A shell with forces of its strains, and their damping and relaxation."""
 
     @cached_property
-    def elastic(self) -> tuple[SectionStrains, ...]:
+    def elastic(self) -> tuple[Strains | GeneralStrains | HyperelasticStrains]:
         """Strains of a shell with their section.
 
         Raises:
@@ -206,11 +201,8 @@ class ElasticShell(DiscreteShell):
         def constant(time: float, acts: bool = True) -> Expr | None:
             return fem.Constant(self.mixed.space.mesh, time) if time and acts else None
 
-        times = (
-            constant(membrane, self.shell.stretching),
-            constant(bend),
-            constant(shear, self.shell.transverse_shear),
-        )
+        stretches, shears = self.shell.stretching, self.shell.transverse_shear
+        times = constant(membrane, stretches), constant(bend), constant(shear, shears)
         if not any(time is not None for time in times):
             return []
         return [Strains(ViscousShell(section, *times), self.layout, self.strain, self.integrate)]

@@ -14,14 +14,14 @@ from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
-from shellmb.scene.values.user_functions import OfPosition, values_at
+from shellmb.scene.values.user_functions import values_at
 
 
-def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:
-    """A vector, or a number, of reference positions (3, n), at the nodes.
+def field_of(value: Any, mixed: MixedSpace, size: int, who: str) -> fem.Constant | fem.Function:
+    """A vector or a number: a constant, or a function of positions (3, n) at the nodes.
 
     Args:
-        function: The function.
+        value: The constant or function.
         mixed: Space of the shell, whose displacement has the nodes.
         size: Number of its components, 3 or 1.
         who: What messages call it.
@@ -31,20 +31,15 @@ def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -
     Raises:
         SceneError: If it fails, or gives another shape or a number that is not finite.
     """
+    if not callable(value):
+        return fem.Constant(mixed.space.mesh, np.asarray(value, dtype=float))
     space = mixed.subspaces["u"]
     if size == 1:
         space = space_on(space.mesh, space.ufl_element().sub_elements[0])
     field = fem.Function(space, name=who)
     with alike(space.mesh.comm):
-        field.interpolate(lambda x: values_at(function, x, size, who))
+        field.interpolate(lambda x: values_at(value, x, size, who))
     return field
-
-
-def field_of(value: Any, mixed: MixedSpace, size: int, who: str) -> fem.Constant | fem.Function:
-    """A constant, or a function of the position interpolated; arguments as of `interpolated`."""
-    if callable(value):
-        return interpolated(value, mixed, size, who)
-    return fem.Constant(mixed.space.mesh, np.asarray(value, dtype=float))
 
 
 # angle to the normal below which a direction has no useful projection on the surface, degrees: the
@@ -80,7 +75,7 @@ def direction_1(
     normals, middles = _faces(surface_mesh)
     if callable(given):
         who = f"shell '{shell.name}': direction"
-        field = interpolated(given, mixed, 3, who)
+        field: Any = field_of(given, mixed, 3, who)
         values = field.x.array.reshape(-1, 3)
         _check(comm, who, values, directors, x)
         of_cells = values[field.function_space.dofmap.list[: len(normals)]].mean(axis=1)

@@ -5,17 +5,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.forms import loads as forms
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
-from shellmb.forms.floating import shell as floating
+from shellmb.forms.floating import strains as floating
 from shellmb.forms.floating.frame import frame_constraints, of_shell
 from shellmb.forms.loads import Point
 from shellmb.forms.measure import Measure
@@ -24,16 +23,14 @@ from shellmb.forms.steps.mixed import Interval, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.model.body import LoadFactors, Manifold, Rates, largest
+from shellmb.model.body import Manifold, Rates, largest
 from shellmb.model.frames.frame import FRAME, Floating
-from shellmb.model.massless import TimedLoads
 from shellmb.model.multipliers import Constraints
-from shellmb.model.sections.natural import Distributed, NaturalStress
+from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import Arm, Rules, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains
 from shellmb.model.shells.elastic import ElasticShell
 from shellmb.model.shells.positions import field_of
-from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
 from shellmb.scene.loads import loads
 from shellmb.scene.lookup import of_kind
@@ -67,15 +64,8 @@ class ShellModel(ElasticShell):
     @cached_property
     def constraints(self) -> tuple[Constraints, ...]:
         """Directors of unit length, and what floats with the body."""
-        own = Constraints(
-            Held(self.length.value),
-            self.layout.multipliers,
-            self.section.force,
-            self.rules.nodes,
-            self._length_errors,
-            self.inertialess,
-            self._turns,
-        )
+        of = self.layout.multipliers, self.section.force, self.rules.nodes, self._length_errors
+        own = Constraints(Held(self.length.value), *of, self.inertialess, self._turns)
         return own, *(tie.held(self.inertialess) for tie in self.ties)
 
     @property
@@ -102,7 +92,7 @@ class ShellModel(ElasticShell):
         if self.mass is None or self.mass.I is None:
             return b
         first, size = self.mixed.parts["w"]
-        d = self.held.normal(self.layout.director_change(mid), self.director)
+        d = self.held.normal(self.layout.part(mid, "w"), self.director)
         db = shell_forms.tangent_jump(*self.layout.moved(b), d, self._arm.coefficient)
         components = [b[k] for k in range(b.ufl_shape[0])]
         components[first : first + size] = [db[k] for k in range(size)]
@@ -153,40 +143,22 @@ class ShellModel(ElasticShell):
             self.mass, self.rules, lambda m: shell_forms.momentum_work(*motion, m, *virtual)
         )
 
-    def loads(self) -> LoadFactors | None:
-        """A set of the shell's loads with time factors of their own."""
-        return self.loads_of(self._loads) if self._loads else None
-
-    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
-        """Some loads on it with time factors of their own."""
-        timed = [(load.time, load) for load in loads]
-        return TimedLoads(self.mixed.space.mesh, timed, self._load_work)
-
-    @cached_property
-    def natural(self) -> NaturalStress | None:
-        """The stress of its natural strain; None without one."""
-        given = self.shell.natural
-        if given is None:
-            return None
-        domain, formulation = self.mixed.space.mesh, self.section.formulation
-        parts: list[Expr] = []
+    def natural_stress(self, given: Any) -> tuple[Expr, tuple[Expr, ...], Expr, Measure]:
+        """Natural strain, its stress, what of it is reported, and the strains that it acts on."""
+        formulation, parts = self.section.formulation, list[Expr]()
         for name in ("membrane", "curvature"):
             who = f"natural strain of shell '{self.name}': {name}"
             parts.append(field_of(getattr(given, name), self.mixed, 3, who))
         membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
         e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
-        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
         if isinstance(formulation, NonlinearMixed):
-            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
-            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
+            resultants = formulation.stress(e)
+            return e, (resultants,), resultants, assumed(self.strain, self.layout)
         N = self.forces_of(e)
-        found = formulation.stress(e, N), formulation.joined(e, N)
-        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
+        return e, formulation.stress(e, N), formulation.joined(e, N), self.strain
 
-    def _load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
-        """Virtual work of a load, or of the stress of its natural strain."""
-        if self.natural is not None and load is self.shell.natural:
-            return self.natural.work(mid, dq)
+    def load_work(self, load: Any, mid: Expr, dq: Expr) -> Form:
+        """Virtual work of a load for a factor of one."""
         density = of_kind(_DENSITIES, load)
 
         def given(name: str, size: int = 3) -> Expr:
@@ -203,18 +175,16 @@ class ShellModel(ElasticShell):
         outward = ufl.FacetNormal(self.mixed.space.mesh)
         return Surface(outward, ufl.cross(ufl.cross(surf.e1, surf.e2), outward), surf.D)
 
-    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Terms that the user added; None without any."""
-        if not self.shell.terms:
-            return None
-        u, w = self.layout.displacement(mid), self.layout.director_change(mid)
+    def point(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Point:
+        """Fields that terms of the user depend on; arguments as of `applied`."""
+        u, w = self.layout.moved(mid)
         v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
         du, dw = self.layout.moved(dq)
 
         def change(d: Expr) -> ShellStrains:
             return shell_forms.named(self.strain.change(mid, d))
 
-        point = Point(
+        return Point(
             *(u, w, v, dw_dt, du, dw, self.surface, self.mass, time),
             x=self.position(mid),
             d=self.director + w,
@@ -222,12 +192,10 @@ class ShellModel(ElasticShell):
             strain_rate=None if rates is None else change(rates.now),
             dstrain=change(dq),
         )
-        work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
-        return work * self.rules.full
 
     def forces(self, q: Expr) -> Expr:
         """Membrane and shear forces of the elements, shape (5,), N/m."""
-        return self.layout.cells.force(self.section.formulation.N0 * self.layout.forces(q))
+        return self.layout.tying.force(self.section.formulation.N0 * self.layout.forces(q))
 
     def strained(self, q: Expr) -> tuple[Expr, ...]:
         """Strains and their energy per area where these do not follow from resultants."""
@@ -237,7 +205,7 @@ class ShellModel(ElasticShell):
 
     def of_squares(self, N: Expr, q: Expr, R: Expr) -> tuple[Expr, Expr, Expr]:
         """Energies of squares of rotations about a frame, as of `forms.floating.frame.of_shell`."""
-        return of_shell(N, self.layout.displacement(q), R, self.surface)
+        return of_shell(N, self.layout.part(q, "u"), R, self.surface)
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
@@ -266,7 +234,7 @@ class ShellModel(ElasticShell):
 
     def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
         """Positions and directors at a state."""
-        return {"u": [self.position(q)], "w": [self.director + self.layout.director_change(q)]}
+        return {"u": [self.position(q)], "w": [self.director + self.layout.part(q, "w")]}
 
     def _length_errors(self, states: Floats) -> Floats:
         """Largest deviations of a director's length from one on this rank, of some states."""
@@ -281,13 +249,13 @@ class ShellModel(ElasticShell):
         return largest(found)
 
     @cached_property
-    def _directors_in_state(self) -> tuple[Floats, npt.NDArray[np.intp]]:
+    def _directors_in_state(self) -> tuple[Floats, Ints]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
 
 
 def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> Form:
-    """Mass by the full rule, moments of inertia of the director at the nodes.
+    """Mass by the full rule, moments of inertia of the director at the nodes (`tangent_jump`).
 
     With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
     parts positive: the first by the full rule, the second one at the nodes. So the kinetic energy
@@ -295,12 +263,11 @@ def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> For
     """
     if mass.s is not None:
         assert mass.I is not None and mass.centred is not None
-        centred = Mass(mass.centred, None, None)
         joined = mass._replace(m=mass.s**2 / mass.I)
-        return density(centred) * rules.full + density(joined) * rules.nodes
-    form = density(shell_forms.without_director(mass)) * rules.full
+        return density(Mass(mass.centred, None, None)) * rules.full + density(joined) * rules.nodes
+    form = density(Mass(mass.m, None, None)) * rules.full
     if mass.I is not None:
-        form += density(shell_forms.director_inertia(mass)) * rules.nodes
+        form += density(mass._replace(m=0 * mass.m)) * rules.nodes
     return form
 
 
@@ -309,13 +276,13 @@ class LinearShell(Floating, ShellModel):
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
-        turned = floating.turned(*self.layout.moved(q), self.surface)
+        turned = floating.turned_with_shell(*self.layout.moved(q), self.surface)
         return frame_constraints(self.layout.part(q, FRAME), turned)
 
     @cached_property
     def strain(self) -> Measure:
         """Strains relative to the frame, shape (8,)."""
-        return floating.strain_measure(self.surface, self._moved)
+        return floating.of_shell(self.surface, self._moved)
 
 
 def build_shell(

@@ -9,18 +9,12 @@ import numpy as np
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
+from shellmb.forms import loads as forms
 from shellmb.forms.constraints.joints import Place
-from shellmb.forms.loads import (
-    dead_force,
-    director_moment,
-    follower_frame_force,
-    follower_frame_moment,
-    frame_moment,
-)
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.ends import End, EndGroup, change_of
-from shellmb.model.locations.nodes import Finder
-from shellmb.model.massless import NodeGroup, NodeLoads
+from shellmb.model.locations.nodes import FindEnd
+from shellmb.model.massless import NodeGroup, node_loads
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 from shellmb.scene.lookup import of_kind
 
@@ -30,31 +24,19 @@ DRILLING = 1e-6
 PointLoad = PointForce | PointMoment | FollowerForce | FollowerMoment
 
 
-def _force(force: Expr, place: Place, change: Place) -> Expr:
-    return dead_force(force, change.x)
-
-
-def _follower_force(components: Expr, place: Place, change: Place) -> Expr:
-    return follower_frame_force(components, place.e, change.x)
-
-
 def _moment(moment: Expr, place: Place, change: Place) -> Expr:
     if len(place.e) == 1:
-        return director_moment(moment, place.e[0], change.e[0])
-    return frame_moment(moment, place.e, change.e)
-
-
-def _follower_moment(components: Expr, place: Place, change: Place) -> Expr:
-    return follower_frame_moment(components, place.e, change.e)
+        return forms.director_moment(moment, place.e[0], change.e[0])
+    return forms.frame_moment(moment, place.e, change.e)
 
 
 # kind of load to its virtual work, the number of vectors it needs at its place, and where it says
 # its components
 _WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int, str]] = {
-    PointForce: (_force, 0, "force"),
-    FollowerForce: (_follower_force, 3, "components"),
+    PointForce: (lambda f, at, d: forms.dead_force(f, d.x), 0, "force"),
+    FollowerForce: (lambda f, at, d: forms.follower_frame_force(f, at.e, d.x), 3, "components"),
     PointMoment: (_moment, 3, "moment"),
-    FollowerMoment: (_follower_moment, 3, "components"),
+    FollowerMoment: (lambda m, at, d: forms.follower_frame_moment(m, at.e, d.e), 3, "components"),
 }
 
 
@@ -73,20 +55,19 @@ class PointLoads(NodeGroup):
         loads, ends = zip(*items, strict=True)
         # the vectors of a place are the body's directors
         axes = np.array([e.directors if e.framed else np.eye(3) for e in ends])
-        self._end = EndGroup(ends, axes, "1", vectors > 0)
-        name = f"{loads[0].label}s ({vectors})"
-        super().__init__(name, comm, len(loads), places=[self._end])
+        end, name = EndGroup(ends, axes, "1", vectors > 0), f"{loads[0].label}s ({vectors})"
+        super().__init__(name, comm, len(loads), places=[end])
         self.times = [load.time for load in loads]
         self._kind, _, given = of_kind(_WORK, loads[0])
         self.values = np.array([getattr(load, given) for load in loads], dtype=float)
 
     def place(self, q: Expr) -> Place:
         """The places at a state."""
-        return self._end.place(q, self.layout)
+        return self.places(q)[0]
 
     def loads(self) -> LoadFactors | None:
         """The loads with factors of their own."""
-        return NodeLoads(self.nodes, self.values, self.times, self._work)
+        return node_loads(self.nodes, self.values, self.times, self._work)
 
     def _work(self, value: Expr, mid: Expr, dq: Expr) -> Expr:
         return self._kind(value, self.place(mid), change_of(self.place, mid, dq))
@@ -108,7 +89,7 @@ def _refuse_drilling(load: PointMoment, end: End) -> None:
     )
 
 
-def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
+def point_loads(scene: Scene, comm: MPI.Comm, find: FindEnd) -> list[PointLoads]:
     """Loads at points as bodies of the system, one for all that share their kernels.
 
     Args:

@@ -8,7 +8,7 @@ values is another one, the supports contradict one another.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from mpi4py import MPI
 
@@ -122,22 +122,6 @@ LONGER = 1e-6
 WHAT = {"u": "displacement", "w": "change of the director"}
 
 
-class Supportable(Meshed, Protocol):
-    """A shell or a beam, whose dofs can be fixed."""
-
-    fixed: list[FixedDofs]
-
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        ...
-
-    @property
-    def jump_parts(self) -> frozenset[str]:
-        """Parts that have equations for the jump of velocities."""
-        ...
-
-
 @dataclass(frozen=True)
 class Rows:
     """Equations `normal . q = value(t)` that a support prescribes, the same on all ranks.
@@ -154,12 +138,12 @@ class Rows:
     """
 
     support: str
-    body: Supportable
+    body: Meshed
     described: Any
     part: str
     nodes: Nodes
     normals: Floats
-    value: Callable[[float], Floats] | None
+    value: Callable[[float], Floats] | None = None
     turn: PrescribedTurn | None = None
 
     @property
@@ -185,14 +169,18 @@ class Prescribed:
         aliases: Dofs that are those of another body, with what they are.
         times: Times at which values are compared, s.
         linear: Whether changes of directors are small.
+
+    Attributes:
+        rows: The rows of all supports.
+        planes: Constraints in directions that are no axes, and off nodes.
     """
 
     def __init__(
         self, aliases: Mapping[Dof, Dof], times: Sequence[float], linear: bool = False
     ) -> None:
         self._aliases, self.times, self._linear = aliases, times, linear
-        # the rows of all supports
         self.rows: list[Rows] = []
+        self.planes: list[NodalConstraint] = []
         self._nodes: dict[Dof, _Node] = {}
 
     def held(self, body: str, dofs: Ints) -> tuple[Floats, list[str]]:
@@ -206,16 +194,18 @@ class Prescribed:
         node = self._nodes.get(linked_to(self._aliases, (body, int(dofs[0]))), _Node())
         return np.array(node.basis).reshape(-1, 3), node.supports
 
-    def settle(self) -> list[NodalConstraint]:
-        """Fix the dofs of all bodies; returns constraints for directions that are no axes.
+    def settle(self) -> None:
+        """Fix the dofs of all bodies; directions that are no axes have constraints.
 
         Raises:
             SceneError: If supports contradict one another; names them and their values.
         """
         oblique: dict[tuple[str, str], list[tuple[Rows, int]]] = {}
-        sampled = [self._sampled(rows) for rows in self.rows]
         # whole axes first: what they hold needs no multiplier
-        for rows, values in zip(self.rows, sampled, strict=True):
+        for rows in self.rows:
+            values = np.zeros((len(rows.dofs), len(self.times)))
+            if rows.value is not None:
+                values = np.stack([rows.value(t) for t in self.times], axis=1)
             axis = np.argmax(np.abs(rows.normals), axis=1)
             size = np.take_along_axis(rows.normals, axis[:, None], axis=1)[:, 0]
             parallel = 1 - np.abs(size) < PARALLEL
@@ -229,19 +219,11 @@ class Prescribed:
             oblique.setdefault((rows.body.name, rows.part), []).extend(
                 (rows, k) for k in np.flatnonzero(~parallel).tolist()
             )
-        made = []
         for items in oblique.values():
             found = [(r, k) for r, k in items if self._hold(r, k, 0.0, r.normals[k])]
             if found:
-                made.append(_planes(found))
+                self.planes.append(_planes(found))
         self._directors()
-        return made
-
-    def _sampled(self, rows: Rows) -> Floats:
-        """Values of all rows at the times of comparison, shape (n, times)."""
-        if rows.value is None:
-            return np.zeros((len(rows.dofs), len(self.times)))
-        return np.stack([rows.value(t) for t in self.times], axis=1)
 
     def _node(self, rows: Rows, k: int, first: int = 0) -> _Node:
         dof = linked_to(self._aliases, (rows.body.name, int(rows.dofs[k, first])))
@@ -345,7 +327,7 @@ def _of_axes(rows: Rows, new: Ints, signs: Floats) -> Callable[[float], Floats] 
 
 
 def _fix(
-    body: Supportable,
+    body: Meshed,
     dofs: Ints,
     value: Callable[[float], Floats] | None,
     turn: PrescribedTurn | None = None,

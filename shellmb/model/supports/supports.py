@@ -12,25 +12,10 @@ from shellmb.model.body import PrescribedTurn, TimeFunction
 from shellmb.model.locations.ends import frame_about
 from shellmb.model.locations.nodes import ON_NODE, Meshed, Nodes, Place, said_point, shared_nodes
 from shellmb.model.shells.shell import ShellModel
-from shellmb.model.supports.prescribed import (
-    PARALLEL,
-    NodalConstraint,
-    Prescribed,
-    Rows,
-    Supportable,
-    plane,
-)
+from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, plane
 from shellmb.scene import Scene
+from shellmb.scene.loads import loads
 from shellmb.scene.loads import supports as scene_supports
-from shellmb.scene.loads.loads import (
-    EdgeForce,
-    EdgeMoment,
-    FollowerEdgeForce,
-    FollowerForce,
-    FollowerMoment,
-    PointForce,
-    PointMoment,
-)
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import by_kind, of_kind, said
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
@@ -43,13 +28,13 @@ NOTHING = 1e-9
 # loads at edges and points: the part that they work on, and the name of their components where
 # their direction stays; those of the others turns with what they act on
 WORKS_ON: dict[type, tuple[str, str | None]] = {
-    EdgeForce: ("u", "force"),
-    PointForce: ("u", "force"),
-    FollowerEdgeForce: ("u", None),
-    FollowerForce: ("u", None),
-    EdgeMoment: ("w", None),
-    PointMoment: ("w", None),
-    FollowerMoment: ("w", None),
+    loads.EdgeForce: ("u", "force"),
+    loads.PointForce: ("u", "force"),
+    loads.FollowerEdgeForce: ("u", None),
+    loads.FollowerForce: ("u", None),
+    loads.EdgeMoment: ("w", None),
+    loads.PointMoment: ("w", None),
+    loads.FollowerMoment: ("w", None),
 }
 
 
@@ -111,7 +96,7 @@ Values = Callable[[float], Floats]
 
 
 class SupportRows:
-    """The equations of one support on one body.
+    """Collects the equations of one support on one body, where it is made.
 
     Args:
         support: The support.
@@ -120,48 +105,30 @@ class SupportRows:
         prescribed: Collects the equations.
         dynamic: Whether the scene moves in time.
 
-    Attributes:
-        arms: Constraints of what is held off its nodes.
+    Raises:
+        SceneError: If the support's edge or point does not exist.
     """
 
     def __init__(
-        self,
-        support: Support,
-        body: Supportable,
-        described: Any,
-        prescribed: Prescribed,
-        dynamic: bool,
+        self, support: Support, body: Meshed, described: Any, prescribed: Prescribed, dynamic: bool
     ) -> None:
         self._support, self._body, self._described = support, body, described
         self._prescribed, self._dynamic = prescribed, dynamic
-        self.arms: list[NodalConstraint] = []
-        self._turn: PrescribedTurn | None = None
         where = support.at
         label = said(support)
         self._who = f"{label} {show(where)}" if "edge" in label else f"{label} at {show(where)}"
-
-    def collect(self) -> None:
-        """Collect them.
-
-        Raises:
-            SceneError: If the support's edge or point does not exist.
-        """
-        of_kind(_EQUATIONS, self._support)(self, self._support)
+        of_kind(_EQUATIONS, support)(self, support)
 
     def _clamped(self, support: scene_supports.Clamped) -> None:
         self._hold(support.at, "u")
         self._hold(support.at, "w")
 
     def _hinged(self, support: scene_supports.Hinged) -> None:
-        if np.any(support.offset):
-            self._at_offset(support, list(np.eye(3)))
-        else:
+        if not self._at_offset(support, np.eye(3)):
             self._hold(support.at, "u")
 
     def _soft(self, support: scene_supports.SoftSupport) -> None:
-        if np.any(support.offset):
-            self._at_offset(support, [np.asarray(support.axis, dtype=float)])
-        else:
+        if not self._at_offset(support, [support.axis]):
             self._plane(support.at, "u", support.axis)
 
     def _diaphragm(self, support: scene_supports.Diaphragm) -> None:
@@ -181,10 +148,10 @@ class SupportRows:
         self._components(support.at, "u", support.displacement)
         self._components(support.at, "w", support.director)
 
-    def _at_offset(
-        self, support: scene_supports.Hinged | scene_supports.SoftSupport, directions: list[Floats]
-    ) -> None:
-        """Hold the ends of arms: in motion what their directors do needs inertia."""
+    def _at_offset(self, support: Any, directions: Any) -> bool:
+        """Hold the ends of arms, if there are any: in motion their directors need inertia."""
+        if not np.any(support.offset):
+            return False
         body, nodes = self._body, self._nodes(support.at)
         if self._dynamic and "lam" not in body.jump_parts:
             raise SceneError(
@@ -192,14 +159,14 @@ class SupportRows:
                 f"'{body.name}' have no inertia; it must have rotary_inertia=True and a section "
                 "with second moments, or the offset must be 0"
             )
-        arms = [
-            arm_components(support.offset, D, self._who, f"'{body.name}'") for D in nodes.directors
-        ]
+        who = self._who, f"'{body.name}'"
+        arms = [arm_components(support.offset, D, *who) for D in nodes.directors]
         count = len(directions)
         u, w = (np.tile(nodes.dofs[part], (count, 1)) for part in ("u", "w"))
         turns = {f"w{k}": w[:, 3 * k : 3 * k + 3] for k in range(len(arms[0]))}
-        normals = np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0)
-        self.arms.append(
+        units = [np.asarray(d) / np.linalg.norm(d) for d in directions]
+        normals = np.repeat(units, len(nodes.x), axis=0)
+        self._prescribed.planes.append(
             plane(
                 f"displacement plane of '{body.name}' off {show(support.at)}",
                 body.domain.mesh.comm,
@@ -212,6 +179,7 @@ class SupportRows:
                 np.tile(arms, (count, 1)),
             )
         )
+        return True
 
     def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
         """A director along the normal of its plane cannot stay in it."""
@@ -230,20 +198,18 @@ class SupportRows:
     def _nodes(self, where: Place) -> Nodes:
         return shared_nodes(self._body, where, said(self._support))
 
-    def _add(
-        self, nodes: Nodes, part: str, normals: Floats, value: Values | None = None, each: int = 1
-    ) -> None:
+    def _add(self, nodes: Nodes, part: str, normals: Floats, *value: Any, each: int = 1) -> None:
         """Add `each` rows for every node, those of a node one after the other."""
         if self._body.mixed.parts[part][1]:
             of = self._who, self._body, self._described, part
             which = np.repeat(np.arange(len(nodes.x)), each)
-            self._prescribed.rows.append(Rows(*of, nodes.take(which), normals, value, self._turn))
+            self._prescribed.rows.append(Rows(*of, nodes.take(which), normals, *value))
 
-    def _hold(self, where: Place, part: str, value: Values | None = None) -> None:
-        """All components, of a beam those of all its directors."""
+    def _hold(self, where: Place, part: str, *value: Any) -> None:
+        """All components, of a beam of all its directors; with values over time and their turn."""
         nodes, size = self._nodes(where), self._body.mixed.parts[part][1]
         normals = np.tile(np.eye(size), (len(nodes.x), 1))
-        self._add(nodes, part, normals, value, each=size)
+        self._add(nodes, part, normals, *value, each=size)
 
     def _plane(self, where: Place, part: str, normal: Any) -> None:
         nodes, direction = self._nodes(where), np.asarray(normal, dtype=float)
@@ -281,10 +247,8 @@ class SupportRows:
             shift = numbers_at(moved(t), t, f"{who}: translation", 3) if moved else np.zeros(3)
             return np.asarray(turned(nodes.x - origin, t) + shift).ravel()
 
-        if support.rotation:
-            self._turn = PrescribedTurn(who, rotation, unknown=False)
-        self._hold(support.at, "u", displacement)
-        self._turn = None
+        turn = PrescribedTurn(who, rotation, unknown=False) if support.rotation else None
+        self._hold(support.at, "u", displacement, turn)
         self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
 
 

@@ -8,7 +8,7 @@ unknown states.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 from mpi4py import MPI
@@ -134,20 +134,10 @@ class OwnBody(Body, UserBody):
         points: Mapping[str, Sequence[float]] = NONE,
         regions: Mapping[str, Callable[[Floats], Any]] = NONE,
     ) -> None:
-        given: Any = (
-            name,
-            space,
-            strain,
-            energy,
-            mass,
-            force,
-            constraints,
-            dx,
-            size,
-            points,
-            regions,
+        checked: Any = _Parts
+        parts = checked(
+            name, space, strain, energy, mass, force, constraints, dx, size, points, regions
         )
-        parts = _Parts(*given)
         self._given = {f.name: getattr(parts, f.name) for f in fields(parts) if f.name != "name"}
         self._nodes_held: list[tuple[Any, ...]] = []
         space = space(MPI.COMM_WORLD) if callable(space) else space
@@ -163,13 +153,9 @@ class OwnBody(Body, UserBody):
             shaped = basix.ufl.blocked_element(hold.element, (count,)) if count > 1 else None
             elements[f"mu{k}"] = shaped or hold.element
         mixed = mixed_space(space.mesh, elements, frozenset())
-        scales = [PartScale("u", f"'{name}'", size, ADVICE)]
-        scales += [
-            PartScale(p, f"multiplier of '{name}'", SMALL_FORCE, ADVICE)
-            for p in elements
-            if p != "u"
-        ]
-        super().__init__(name, mixed, tuple(scales), ())
+        multiplier = f"multiplier of '{name}'", SMALL_FORCE
+        scales = {"u": (f"'{name}'", size)} | dict.fromkeys(list(elements)[1:], multiplier)
+        super().__init__(name, mixed, tuple(PartScale(p, *scales[p], ADVICE) for p in scales))
         self.kinematic, self.jump_parts = frozenset({"u"}), frozenset(elements)
         self.layout, self.dx = Layout(mixed.parts), dx(space.mesh)
         self.space = mixed.subspaces["u"]
@@ -183,7 +169,9 @@ class OwnBody(Body, UserBody):
         if energy is not None and not self._nonlinear:
             self._check_stiffness()
         self._check_densities()
-        for what, function in self._functions():
+        functions: dict[str, Any] = {"strain": self._measure} if strain is not None else {}
+        functions |= {f"constraint {k}": law.function for k, law in enumerate(self._laws)}
+        for what, function in functions.items():
             state = ufl.Coefficient(mixed.space)
             if state not in extract_coefficients(function(state)):
                 raise SceneError(f"body '{name}': {what} does not depend on the field; it must")
@@ -192,10 +180,6 @@ class OwnBody(Body, UserBody):
                     f"body '{name}': {what} is not quadratic in the field; it must be: put "
                     "functions of quadratic measures into the energy"
                 )
-
-    def _functions(self) -> list[tuple[str, Callable[[Expr], Expr]]]:
-        found = [("strain", self._measure)] if self._strain is not None else []
-        return found + [(f"constraint {k}", law.function) for k, law in enumerate(self._laws)]
 
     def _check_stiffness(self) -> None:
         """Refuse a stiffness that is no symmetric matrix of the strains."""
@@ -250,13 +234,12 @@ class OwnBody(Body, UserBody):
             return ()
         strain = measure(self._measure)
         if self._nonlinear:
-            terms = self._measure, self._potential, self._one, self.dx, strain
-            return (PotentialStrains(*terms),)
-        section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx
-        return (Strains(section, self.layout, strain, lambda d: d[0] * dx),)
-
-    def _potential(self, e: Expr) -> Expr:
-        return self._scalar("energy", self._energy, e)
+            energy = partial(self._scalar, "energy", self._energy)
+            return (PotentialStrains(self._measure, energy, self._one, self.dx, strain),)
+        C, dx = self._energy, self.dx
+        if not isinstance(C, Expr):
+            C = fem.Constant(self.space.mesh, np.ascontiguousarray(C, dtype=float))
+        return (Strains(Stiffness(C), self.layout, strain, lambda d: d[0] * dx),)
 
     def _scalar(self, what: str, function: Callable[..., Any], *arguments: Any) -> Expr:
         """Value of one of the user's densities."""
@@ -282,16 +265,14 @@ class OwnBody(Body, UserBody):
                 lambda q, part=f"mu{k}": self.layout.part(q, part),  # type: ignore[misc]
                 fem.Constant(mesh, float(hold.force)),
                 hold.dx(mesh),
-                _Errors(self, law, hold),
+                _errors(fem.Function(self.mixed.space), law, hold),
             )
             for k, (law, hold) in enumerate(zip(self._laws, self._holds, strict=True))
         )
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces."""
-        if self._mass is None:
-            return None
-        return self._scalar("mass", self._mass, self.field(rate), self.field(dq)) * self.dx
+        return self.momentum_along(rate, self.field(dq))
 
     def momentum_along(self, v: Expr, motion: Expr) -> Form | None:
         """Momentum of velocities in the direction of a field."""
@@ -382,30 +363,13 @@ def is_placed(space: fem.FunctionSpace) -> bool:
     return bool(element.family == basix.ElementFamily.P and not element.discontinuous)
 
 
-class _Errors:
-    """Largest violations of what is held, at the middles of the cells it is held on.
+def _errors(state: fem.Function, law: Held, hold: Hold) -> Callable[[Floats], Floats]:
+    """Find largest violations of what is held, at the nodes of its element, at some states."""
+    points = hold.element.basix_element.points
+    read = values_in_cells(law.function(state), points, state.function_space.mesh)
 
-    Args:
-        body: The body.
-        law: The constraints.
-        hold: Where they are held.
-    """
+    def error(values: Floats) -> float:
+        state.x.array[:] = values
+        return float(np.max(np.abs(read()), initial=0.0))
 
-    def __init__(self, body: OwnBody, law: Held, hold: Hold) -> None:
-        self._state = fem.Function(body.mixed.space)
-        points, mesh = hold.element.basix_element.points, body.mixed.space.mesh
-        self._read = values_in_cells(law.function(self._state), points, mesh)
-
-    def __call__(self, states: Floats) -> Floats:
-        return np.array([self._of(state) for state in states])
-
-    def _of(self, state: Floats) -> float:
-        self._state.x.array[:] = state
-        return float(np.max(np.abs(self._read()), initial=0.0))
-
-
-def _matrix(stiffness: Any, mesh: Any) -> Expr:
-    """A stiffness as a matrix of UFL."""
-    if isinstance(stiffness, Expr):
-        return stiffness
-    return fem.Constant(mesh, np.ascontiguousarray(stiffness, dtype=float))
+    return lambda states: np.array([error(values) for values in states])

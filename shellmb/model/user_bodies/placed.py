@@ -18,7 +18,7 @@ from shellmb.arrays import Floats, Int32s
 from shellmb.errors import SceneError
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.nodes import ON_NODE, shown
-from shellmb.model.massless import TimedLoads
+from shellmb.model.massless import timed_loads
 from shellmb.model.user_bodies.body import OwnBody
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -53,10 +53,10 @@ class FieldMesh:
         """
         found = {}
         for name, x in self.points.items():
-            near = ON_NODE * self.length
 
-            def marks(at: Floats, x: Floats = x, near: float = near) -> Floats:
-                return np.asarray(np.linalg.norm(at - x[:, None], axis=0) <= near)
+            def marks(at: Floats, x: Floats = x) -> Floats:
+                apart = np.linalg.norm(at - x[:, None], axis=0)
+                return np.asarray(apart <= ON_NODE * self.length)
 
             found[name] = dolfinx.mesh.locate_entities(self.mesh, 0, marks)
             if not self.mesh.comm.allreduce(len(found[name])):
@@ -116,11 +116,11 @@ class PlacedBody(OwnBody):
     def domain(self) -> FieldMesh:
         """Mesh with names."""
         x, comm = self.space.mesh.geometry.x, self.space.mesh.comm
-        inf = np.full((1, 3), np.inf)
-        low = comm.allreduce(np.vstack([x, inf]).min(axis=0), op=_lower)
-        high = -comm.allreduce(np.vstack([-x, inf]).min(axis=0), op=_lower)
+        # the lower ends of the box, and those of its opposite
+        ends = np.hstack([x, -x]).min(axis=0, initial=np.inf)
+        comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
         points = {name: np.asarray(p, dtype=float) for name, p in self.points.items()}
-        length = float(np.linalg.norm(high - low))
+        length = float(np.linalg.norm(ends[:3] + ends[3:]))
         topology = self.space.mesh.topology
         for dim in range(topology.dim + 1):
             topology.create_connectivity(dim, topology.dim)
@@ -163,16 +163,10 @@ class PlacedBody(OwnBody):
             return None
         domain, given = self.space.mesh, self.gravity
         loads = [(g.time, fem.Constant(domain, np.array(g.acceleration, float))) for g in given]
-        return TimedLoads(domain, loads, self._weight)
+        return timed_loads(domain, loads, self._weight)
 
     def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
-        work = self.momentum_along(dq, acceleration)
-        assert work is not None
-        return work
-
-
-def _lower(a: Floats, b: Floats) -> Floats:
-    return np.minimum(a, b)
+        return self.momentum_along(dq, acceleration)  # type: ignore[return-value]
 
 
 def build_own_bodies(scene: Scene, comm: MPI.Comm) -> tuple[list[OwnBody], dict[str, PlacedBody]]:

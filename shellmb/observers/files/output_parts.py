@@ -90,7 +90,7 @@ class FixedPoints:
         bodies = [] if model.rigid is None else model.rigid.bodies
         # behind all bodies one that stays
         self._X = np.array([*(b.center for b in bodies), np.zeros(3)])
-        self._D = np.array([*(b.directors for b in bodies), np.eye(3)])
+        self._D = np.array([*(b.axes.T for b in bodies), np.eye(3)])
         arms = x - self._X[self._owners]
         self._offsets = np.einsum("nki,ni->nk", self._D[self._owners], arms)
 

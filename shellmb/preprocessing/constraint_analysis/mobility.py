@@ -17,9 +17,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.model.body import Body, Dofs, added
+from shellmb.model.body import Body, added
 from shellmb.model.elements import ElementGroup
 from shellmb.model.model import Model
 from shellmb.model.reduced.modal import ModalTerms
@@ -128,7 +128,7 @@ class Motions:
         high = np.max(self._comm.allgather(X.max(axis=0, initial=-np.inf)), axis=0)
         return Frame((low + high) / 2, float(np.linalg.norm(high - low)) or self.model.length)
 
-    def _along(self, name: str) -> tuple[Body, Dofs, Ints, Floats]:
+    def _along(self, name: str) -> tuple[Body, Int32s, Ints, Floats]:
         """A body's local dofs with the motions as rows, shape (n,), (n, 6) and the columns."""
         body, nodes, X, D = self.model.nodes_of(name)
         u = body.mixed.nodal("u")[nodes]
@@ -136,8 +136,8 @@ class Motions:
         return body, *self._rigid(name, u, w, X, D)
 
     def _rigid(
-        self, name: str, u: Dofs, w: Dofs, X: Floats, D: Floats
-    ) -> tuple[Dofs, Ints, Floats]:
+        self, name: str, u: Int32s, w: Int32s, X: Floats, D: Floats
+    ) -> tuple[Int32s, Ints, Floats]:
         """Rigid motions of dofs at positions and directors that move with a body."""
         frame, turns = self.frames[name], np.eye(3)
         moves = np.zeros((*u.shape, 6))
@@ -149,7 +149,7 @@ class Motions:
         dofs = np.concatenate([u.ravel(), w.ravel()])
         return dofs, np.tile(6 * self.blocks[name] + np.arange(6), (len(dofs), 1)), rows
 
-    def _forced(self) -> Iterator[tuple[Body, Dofs, Ints, Floats]]:
+    def _forced(self) -> Iterator[tuple[Body, Int32s, Ints, Floats]]:
         """List what terms may act on: bodies, and frames of bodies in modes."""
         yield from map(self._along, self.blocks)
         for terms in self.model.bodies:

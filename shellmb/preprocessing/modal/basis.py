@@ -341,7 +341,7 @@ class ReducedBody:
         u, w = self._shapes(rigid.name)
         # owned or not: values are the same
         here = np.flatnonzero(rigid.node_mesh.item == rigid.index[frame])
-        D = rigid.bodies[rigid.index[frame]].directors
+        D = rigid.bodies[rigid.index[frame]].axes.T
         # w_k = t x D_k, so that the sum of D_k x w_k is 2 t
         turns = [np.cross(D[:, :, None], w[n], axis=1).sum(axis=0) / 2 for n in here]
         found = comm.allgather([(u[n], turn) for n, turn in zip(here, turns, strict=True)])

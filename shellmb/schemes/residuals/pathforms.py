@@ -10,8 +10,9 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Int32s
 from shellmb.forms.steps.path import Path, Rows, Step
-from shellmb.model.body import Body, Dofs, Rates, added, kinetic_energy
+from shellmb.model.body import Body, Rates, added, kinetic_energy
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.sections.strains import together
 from shellmb.schemes.base import END, Levels, Named, Scheme, Tangent, Values
@@ -150,7 +151,7 @@ class PathForms:
         return [f for f in (bow_energy(self._body, self.step, bow), four) if f is not None]
 
     @cached_property
-    def _inertialess(self) -> Dofs:
+    def _inertialess(self) -> Int32s:
         """Dofs of directors without inertia that no support moves."""
         body, none = self._body, np.zeros(0, np.int32)
         if not body.manifold.inertialess:
