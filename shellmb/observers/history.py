@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Iterable, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_bytes
@@ -20,15 +20,6 @@ WALL = "wall_s"
 INTEGERS = {"step", "iterations", "rejected"}
 
 
-@runtime_checkable
-class Measuring(Protocol):
-    """An observer with numbers for the history, known and equal on all ranks."""
-
-    def measure(self) -> dict[str, float]:
-        """Numbers at the current time, the same names at all times."""
-        ...
-
-
 class History(BaseObserver):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
@@ -37,17 +28,17 @@ class History(BaseObserver):
     time (`Batches`); all are there when a run ends, however it ends.
 
     Args:
-        measuring: The observers to ask.
+        observers: Those to ask.
         path: File to write, on rank 0; None: kept in memory only.
     """
 
-    def __init__(self, measuring: Sequence[Measuring], path: Path | None = None) -> None:
+    def __init__(self, observers: Sequence[BaseObserver], path: Path | None = None) -> None:
         self._path = path
         self._rows: list[dict[str, float]] = []
         # the beginnings of rows that are not complete yet, and their ends
         self._steps: list[tuple[tuple[float, ...], dict[str, float]]] = []
-        self._later = [o for o in measuring if isinstance(o, DeferredObserver)]
-        self._each_step = [o for o in measuring if o not in self._later]
+        self._later = [o for o in observers if isinstance(o, DeferredObserver)]
+        self._each_step = [o for o in observers if o not in self._later]
         self._kept: int | None = None
         self._file: GrowingFile | None = None
         self._refused: OSError | None = None
@@ -104,7 +95,7 @@ class History(BaseObserver):
             self.write()
             draft.replace(self._path)
 
-    def _values(self, observers: Iterable[Measuring]) -> dict[str, float]:
+    def _values(self, observers: Iterable[BaseObserver]) -> dict[str, float]:
         """Numbers of observers, and the time since the start."""
         found = {k: float(v) for o in observers for k, v in o.measure().items()}
         return found | {WALL: clock.perf_counter() - self._begin}
@@ -224,17 +215,17 @@ def _number(name: str, text: str) -> float:
     return int(text) if name in INTEGERS else float(text or "nan")
 
 
-def check_columns(measuring: Iterable[Any]) -> None:
+def check_columns(observers: Iterable[BaseObserver]) -> None:
     """Refuse columns that have one name, or a name that a table cannot have.
 
     Args:
-        measuring: Observers that have columns.
+        observers: Observers that have started.
 
     Raises:
         SceneError: At the first.
     """
     seen = {*STEP_COLUMNS, WALL}
-    for observer in measuring:
+    for observer in observers:
         for name in observer.measure():
             if not name.isprintable() or any(sign in name for sign in ',;"'):
                 raise SceneError(

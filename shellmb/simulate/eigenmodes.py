@@ -123,8 +123,7 @@ def _constraints(model: Model, system: BlockSystem) -> int:
     marks: Bools = np.zeros(n.owned, dtype=bool)
     for k, body in enumerate(model.bodies):
         for part in CONSTRAINTS:
-            numbers = n.by_field[k][body.mixed.dofs.get(part, NONE)] - n.start
-            marks[numbers[(numbers >= 0) & (numbers < n.owned)]] = True
+            marks[n.own(k, body.mixed.dofs.get(part, NONE))] = True
     marks[system.fixed] = False
     return int(system.comm.allreduce(int(np.sum(marks))))
 

@@ -1,7 +1,6 @@
 """Stepping from one accepted state to the next, for the loop of a simulation; errors of steps."""
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -157,39 +156,29 @@ def difference(times: Floats, degree: int, confluent: bool) -> Floats:
 Arrays = dict[str, Floats]
 
 
-@dataclass(frozen=True)
-class StepInfo:
-    """The step just solved.
+class StepInfo(NamedTuple):
+    """A step that is solved.
 
     Args:
         t: Time at its start, s.
-        dt: Its length, s.
+        dt: Its length, s; shorter than requested if an event lies within it.
         iterations: Newton iterations.
+        error: Estimate of its error (`StepErrors`), where the scene has a tolerance for it; of a
+            load how far it is from where Newton's method is sure to end, one being safe.
         jump: Largest jump between the states j and i relative to the parts' scales; None where the
-            scheme has none.
-        error: Estimate of its error (`StepErrors`); None without a tolerance.
+            scheme has none, and before the step is accepted.
     """
 
     t: float
     dt: float
     iterations: int
-    jump: float | None
     error: float | None = None
+    jump: float | None = None
 
-
-class Attempt(NamedTuple):
-    """A step that is solved, and not accepted yet.
-
-    Args:
-        iterations: Newton iterations.
-        dt: Its length; shorter than requested if an event lies within it.
-        error: Estimate of its error (`StepErrors`), where the scene has a tolerance for it; of a
-            load how far it is from where Newton's method is sure to end, one being safe.
-    """
-
-    iterations: int
-    dt: float
-    error: float | None = None
+    @property
+    def measured(self) -> float | None:
+        """What the size of steps follows: the error, or else the jump."""
+        return self.jump if self.error is None else self.error
 
 
 class TimeSteps(Restartable):
@@ -212,7 +201,7 @@ class TimeSteps(Restartable):
         controlled = problem.model.scene.step_control.step_error is not None
         self._errors = StepErrors(problem) if controlled else None
 
-    def attempt(self, t: float, dt: float) -> Attempt:
+    def attempt(self, t: float, dt: float) -> StepInfo:
         """Solve for the state a step ahead; the accepted state stays as it is.
 
         Args:
@@ -230,8 +219,9 @@ class TimeSteps(Restartable):
         if self._loads:
             # how far off Newton's method may have gone, in parts of what is safe
             astray = max(turned(self._problem) / SAFE_TURN, iterations / SAFE_ITERATIONS)
-            return Attempt(iterations, dt, astray)
-        return Attempt(iterations, dt, None if self._errors is None else self._errors.estimate(dt))
+            return StepInfo(t, dt, iterations, astray)
+        error = None if self._errors is None else self._errors.estimate(dt)
+        return StepInfo(t, dt, iterations, error)
 
     def accept(self, dt: float) -> None:
         """Make the solved state the accepted one."""

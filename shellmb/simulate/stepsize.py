@@ -1,7 +1,7 @@
 """Size of the time step: halved where Newton fails, and grown back; or by its jump or error."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 from shellmb.restart import Restartable
@@ -81,6 +81,10 @@ class StepSize(Restartable):
         self.dt = max(self.settings.shrink * dt, self.smallest)
         return not self._lengthened or self.dt > floor * (1 + 1e-9)
 
+    def _within(self, dt: float) -> float:
+        """A step, or the smallest or the largest one, s."""
+        return min(max(dt, self.smallest), self.largest)
+
     def failed(self, dt: float) -> str:
         """The step that failed last, s, and the shortest one that did from this state, in words."""
         shorter = f", and those down to {self._shortest:g}" if self._shortest < dt else ""
@@ -108,18 +112,17 @@ class StepSize(Restartable):
         """
         self.good += 1
         self._tried, self._lengthened, self._shortest = 0.0, False, math.inf
-        if self.settings.jump_tolerance is not None and measured is not None:
-            self._follow(measured)
+        tolerance = self.settings.jump_tolerance
+        if tolerance is not None and measured is not None:
+            factor = SAFETY * (tolerance / max(measured, 1e-300)) ** (1 / JUMP_ORDER)
+            self.dt = self._within(self._moderate(factor) * self.dt)
         elif self.good >= self.settings.patience and self.dt < self.largest:
             self.dt = min(self.settings.growth * self.dt, self.largest)
             self.good = 0
 
-    def _follow(self, jump: float) -> None:
-        tolerance = self.settings.jump_tolerance
-        assert tolerance is not None
-        factor = SAFETY * (tolerance / max(jump, 1e-300)) ** (1 / JUMP_ORDER)
-        factor = min(self.settings.growth, max(self.settings.shrink, factor))
-        self.dt = min(max(factor * self.dt, self.smallest), self.largest)
+    def _moderate(self, factor: float) -> float:
+        """A factor on the step that neither grows nor shrinks it by more than it may."""
+        return min(self.settings.growth, max(self.settings.shrink, factor))
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
         """Decide whether a step must be repeated because of its jump; arguments as of `accept`."""
@@ -218,12 +221,6 @@ class ErrorSize(StepSize):
     order: int = 2
     noise: float = 0.0
     factor: float = 1.0
-    worst: float = field(default=0.0, init=False)
-    coarse: int = field(default=0, init=False)
-    shortest: float = field(default=math.inf, init=False)
-    longest: float = field(default=0.0, init=False)
-    total: float = field(default=0.0, init=False)
-    lag: float = field(default=0.0, init=False)
     remembered: ClassVar[tuple[str, ...]] = (*StepSize.remembered, *KEPT)
 
     def __post_init__(self) -> None:
@@ -231,8 +228,9 @@ class ErrorSize(StepSize):
         super().__post_init__()
         usual = (self.settings.step_error or USUAL) / USUAL
         self.dt = max(min(usual ** (1 / self.order), 1.0) * self.nominal, self.smallest)
-        self._before = AIM
-        self._after_rejection = False
+        self.worst = self.longest = self.total = self.lag = 0.0
+        self.coarse, self.shortest = 0, math.inf
+        self._before, self._after_rejection = AIM, False
 
     @property
     def largest(self) -> float:
@@ -295,4 +293,4 @@ class ErrorSize(StepSize):
             return
         factor = (AIM / ratio) ** (INTEGRAL / self.order)
         factor *= (before / ratio) ** (PROPORTIONAL / self.order)
-        self.dt = min(max(min(max(factor, LEAST_FACTOR), most) * dt, self.smallest), self.largest)
+        self.dt = self._within(min(max(factor, LEAST_FACTOR), most) * dt)

@@ -355,11 +355,10 @@ def _reaction_scales(simulation: Simulation) -> Floats:
     problem, numbering = simulation.problem, simulation.problem.system.numbering
     scales = np.zeros(numbering.owned)
     for body in simulation.model.bodies:
-        numbers = numbering.by_field[problem.number(body.name, problem.last)] - numbering.start
+        last = problem.number(body.name, problem.last)
         for part in body.parts:
             if part.name in body.kinematic:
-                here = numbers[body.mixed.dofs[part.name].ravel()]
-                here = here[(here >= 0) & (here < numbering.owned)]
+                here = numbering.own(last, body.mixed.dofs[part.name].ravel())
                 scales[here] = np.maximum(scales[here], part.scale)
     return scales[problem.system.fixed]
 
@@ -378,7 +377,6 @@ class _VelocityJump:
 
     def __init__(self, levels: Levels) -> None:
         self.function = fem.Function(levels.q.function_space)
-        self._jump = self.function.x.array
         self._q, self._v = levels.q.x.array, levels.rates["v"].x.array
         self._start, self._both = self._q.copy(), self._v.copy()
 
@@ -393,8 +391,5 @@ class _VelocityJump:
         Args:
             dt: Its length, s.
         """
-        jump, both = self._jump, self._both
-        np.subtract(self._q, self._start, out=jump)
-        jump *= 2 / dt
-        both += self._v
-        jump -= both
+        both = self._both + self._v
+        self.function.x.array[:] = (self._q - self._start) * (2 / dt) - both

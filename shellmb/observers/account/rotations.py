@@ -66,21 +66,6 @@ class Turn:
         if self.angle > self.largest:
             self.largest, self.t, self.dt = self.angle, t, dt
 
-    def add_whole(self, angles: list[float], when: list[tuple[float, float]]) -> None:
-        """Add steps of a rigid body, no part of which turns by more.
-
-        Args:
-            angles: Angles of some steps, rad.
-            when: Times at their ends and their lengths, s.
-        """
-        self.angle = self.mean = angles[-1]
-        self.radius = 0.0
-        for angle in angles:
-            self.total += angle
-        if (most := max(angles)) > self.largest:
-            self.largest = most
-            self.t, self.dt = when[angles.index(most)]
-
 
 class BodyRotations(DeferredObserver):
     """Follows how all bodies of a dynamic scene turn.
@@ -164,7 +149,10 @@ class BodyRotations(DeferredObserver):
             if self._rigid is not None:
                 every = self._chords.of(rows, self._find_chords).T.tolist()
                 for name, each in zip(self._rigid.names, every, strict=True):
-                    self._turns[name].add_whole([_angle(chord) for chord in each], when)
+                    turn = self._turns[name]
+                    for angle, (t, dt) in zip(map(_angle, each), when, strict=True):
+                        # no part of it turns by more
+                        turn.add(angle, angle, 0.0, t, dt)
         return [{} for _ in when]
 
     def take_up(self, state: dict[str, Any]) -> None:

@@ -185,7 +185,7 @@ class Reserves(BaseObserver):
         }
         # a run that goes on has those of its last step, which are means over it
         if not self._now:
-            self._take(simulation)
+            self.accepted(simulation)
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
@@ -194,14 +194,8 @@ class Reserves(BaseObserver):
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the largest utilisations of the step."""
-        self._take(simulation)
-
-    def _take(self, simulation: Simulation) -> None:
-        self._judge(simulation, {name: each.now() for name, each in self.resultants.items()})
-
-    def _judge(self, simulation: Simulation, both: dict[str, Floats]) -> None:
-        """Take the largest utilisations from resultants at the nodes."""
-        now = {name: ply_state(self._rows[name], values) for name, values in both.items()}
+        each_shell = self.resultants.items()
+        now = {name: ply_state(self._rows[name], each.now()) for name, each in each_shell}
         for each, nodes, places in self.judged:
             found = each.utilisations(now[each.shell.name], nodes)
             mine: tuple[Critical, Place] | None = None

@@ -29,6 +29,9 @@ SAME = 1e-9
 
 JOINTS, SOLIDS, OBSTACLES = "joints", "solids", "obstacles"
 
+# the nodes of a mark, or of a line
+type Cell = tuple[int, ...]
+
 
 @dataclass(frozen=True)
 class Drawn:
@@ -126,16 +129,13 @@ def drawn_rigid(model: Model, rigid: RigidBodies) -> Drawn:
         for end in joint.ends:
             if end.owner in named:
                 named[end.owner].append(end.point)
-    nodes: list[Floats] = []
-    names: list[str] = []
-    lines: list[tuple[int, int]] = []
-    centers: list[int] = []
+    nodes, names, dots, lines = list[Floats](), list[str](), list[Cell](), list[Cell]()
     for name, points in named.items():
         first, center = len(nodes), rigid.bodies[rigid.index[name]].center
         own = _different([center, *points], SAME * model.length)
         nodes += own
         names += [name] * len(own)
-        centers.append(first)
+        dots.append((first,))
         lines += [(first, first + n) for n in range(1, len(own))]
     bodies = [rigid.index[name] for name in names]
     moving, first_rank = FixedPoints(model, np.array(nodes), bodies), model.comm.rank == 0
@@ -151,9 +151,9 @@ def drawn_rigid(model: Model, rigid: RigidBodies) -> Drawn:
         values = moving.now(simulation)
         return _named(values, simulation) if first_rank else {}
 
-    cells = np.array([bodies[k] for k in (*centers, *(b for _, b in lines))], float)
-    grid = _line_grid(model, rigid.name, np.array(nodes), lines, centers, names)
-    return Drawn(grid, fields, {"body": cells}, displaced)
+    cells = dots + lines
+    grid = _line_grid(model, rigid.name, np.array(nodes), cells, names)
+    return Drawn(grid, fields, {"body": np.array([bodies[c[-1]] for c in cells], float)}, displaced)
 
 
 def drawn_solids(model: Model, name: str, solids: Sequence[Solid]) -> Drawn:
@@ -195,7 +195,8 @@ def drawn_joints(model: Model, name: str) -> Drawn:
     ends = zip(known.values(), swapped, strict=True)
     nodes = np.array([e.point for j, s in ends for e in (j.ends[::-1] if s else j.ends)])
     apart = np.linalg.norm(nodes[0::2] - nodes[1::2], axis=1) > SAME * model.length
-    lines = [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
+    cells: list[Cell] = [(k,) for k in range(len(nodes))]
+    cells += [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
     # nodes of the grid, and what they are of a group
     places: list[tuple[str, list[int], Places]] = []
     for group in model.mechanism.groups:
@@ -214,10 +215,8 @@ def drawn_joints(model: Model, name: str) -> Drawn:
         model.comm.Allreduce(MPI.IN_PLACE, found)
         return {"displacement": found} if model.comm.rank == 0 else {}
 
-    dots = list(range(len(nodes)))
-    cells = np.array([k // 2 for k in (*dots, *(k for k, _ in lines))], dtype=float)
-    names = [name for name in known for _ in range(2)]
-    return Drawn(_line_grid(model, name, nodes, lines, dots, names), fields, {"joint": cells})
+    grid = _line_grid(model, name, nodes, cells, [name for name in known for _ in range(2)])
+    return Drawn(grid, fields, {"joint": np.array([cell[0] // 2 for cell in cells], float)})
 
 
 def drawn_bodies(model: Model) -> dict[str, Drawn]:
@@ -287,16 +286,11 @@ def _different(points: Sequence[Floats], tolerance: float) -> list[Floats]:
 
 
 def _line_grid(
-    model: Model,
-    name: str,
-    nodes: Floats,
-    lines: Sequence[tuple[int, int]],
-    dots: Sequence[int],
-    labels: Sequence[str],
+    model: Model, name: str, nodes: Floats, cells: Sequence[Cell], labels: Sequence[str]
 ) -> Grid | None:
     """A grid of marked nodes and segments, on rank 0."""
     if model.comm.rank:
         return None
-    cells = np.array([n for cell in (*([d] for d in dots), *lines) for n in (len(cell), *cell)])
-    types = np.array([VERTEX] * len(dots) + [LINE] * len(lines), dtype=np.uint8)
-    return Grid(name, nodes, cells.astype(np.int64), types, tuple(labels))
+    flat = np.array([n for cell in cells for n in (len(cell), *cell)], dtype=np.int64)
+    types = np.array([VERTEX if len(cell) == 1 else LINE for cell in cells], dtype=np.uint8)
+    return Grid(name, nodes, flat, types, tuple(labels))

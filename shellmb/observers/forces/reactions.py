@@ -1,37 +1,21 @@
 """Forces of supports, drivers and joints to ground: at nodes, and their sums."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
 from shellmb.observers.deferred_observer import StepValues
 from shellmb.observers.fields.nodal import NodalBody, Nodes, NodeSums, nodal_bodies
+from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.endforces import EndForces, Impulses
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.meshgroups import residuals_of_fields
 
-
-class Assembled(Protocol):
-    """A system of all bodies: that of a step, or that of the forces at its end."""
-
-    @property
-    def system(self) -> BlockSystem: ...  # noqa: D102
-    @property
-    def fields(self) -> list[Field]: ...  # noqa: D102
-    @property
-    def last(self) -> str: ...  # noqa: D102
-
-    def number(self, body: str, stage: str) -> int:
-        """Number of a body's field."""
-        ...
-
-    def unknown(self, body: str) -> list[fem.Function]:
-        """Functions that hold what is unknown of a body, of each stage."""
-        ...
+# a system of all bodies: that of a step, or that of the forces at its end
+type Assembled = Problem | EndForces | Impulses
 
 
 def resistance(problem: Assembled, rows: Iterable[tuple[str, str]]) -> Callable[[], Floats]:

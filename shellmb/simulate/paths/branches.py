@@ -85,19 +85,6 @@ class PointOnPath:
     switched: bool = False
 
 
-@dataclass
-class _Bifurcation:
-    """A bifurcation that was located in the step not yet accepted.
-
-    Args:
-        point: The point.
-        direction: Null vector of the stiffness matrix, owned unknowns.
-    """
-
-    point: PointOnPath
-    direction: Floats
-
-
 class Branches(Restartable):
     """Watches a path.
 
@@ -119,7 +106,8 @@ class Branches(Restartable):
     ) -> None:
         self._bordered, self._moving, self._path = bordered, moving, path
         self.points: list[PointOnPath] = []
-        self._found: _Bifurcation | None = None
+        # a bifurcation in the step not yet accepted, and null vector of the stiffness matrix there
+        self._found: tuple[PointOnPath, Floats] | None = None
         self.apply_inverse = bordered.apply_inverse
         self._stability: Stability | None = None
         if path.branches != "ignore":
@@ -202,7 +190,7 @@ class Branches(Restartable):
         zero = min(max(zero, low), high)
         factor = float(state.factor + state.rate * (zero - length))
         point = PointOnPath("bifurcation", float(state.t + zero - length), factor, before, after)
-        self._found = _Bifurcation(point, self._signed(self._other(state, vector)))
+        self._found = point, self._signed(self._other(state, vector))
 
     def _locate_return(
         self, a: PathState, b: PathState, shorter: Callable[[float], PathState]
@@ -232,7 +220,7 @@ class Branches(Restartable):
         t = float(state.t + zero - length)
         point = PointOnPath("bifurcation", t, factor, a.negative, b.negative)
         vector = self._smallest(None)[1]
-        self._found = _Bifurcation(point, self._signed(self._other(state, vector)))
+        self._found = point, self._signed(self._other(state, vector))
 
     def _other(self, state: PathState, vector: Floats) -> Floats:
         """Direction of the path that crosses at a bifurcation: along the null vector.
@@ -240,11 +228,13 @@ class Branches(Restartable):
         Where a branch comes back to the path that it left, its own tangent is the null vector, and
         the other path goes where the load moves the rest.
         """
-        share = self._bordered.dot(self._moving * vector, state.tangent) / self._norm(state.tangent)
+        share = self._bordered.dot(self._moving * vector, state.tangent) / self.size_of(
+            state.tangent
+        )
         if abs(share) < PARALLEL:
             return vector
-        rest = state.tangent - share * self._norm(state.tangent) * vector
-        return np.asarray(rest / self._norm(rest))
+        rest = state.tangent - share * self.size_of(state.tangent) * vector
+        return np.asarray(rest / self.size_of(rest))
 
     def _smallest(self, guess: Floats | None) -> tuple[float, Floats]:
         """Eigenvalue next to zero of the stiffness, with the metric of displacements, and vector.
@@ -256,10 +246,10 @@ class Branches(Restartable):
             # the same on any number of ranks, and with a part in every direction
             every = np.random.default_rng(0).uniform(-1.0, 1.0, self._bordered.system.size)
             guess = every[n.start : n.start + n.owned]
-        vector, last = guess / self._norm(guess), np.inf
+        vector, last = guess / self.size_of(guess), np.inf
         for _ in range(POWER):
             new = self.apply_inverse(self._moving * vector)
-            inverse, size = self._bordered.dot(self._moving * vector, new), self._norm(new)
+            inverse, size = self._bordered.dot(self._moving * vector, new), self.size_of(new)
             if size == 0:
                 # all that moves is prescribed
                 return np.inf, new
@@ -276,13 +266,14 @@ class Branches(Restartable):
     @property
     def found(self) -> PointOnPath | None:
         """The bifurcation at the end of the step not yet accepted, if there is one."""
-        return None if self._found is None else self._found.point
+        return None if self._found is None else self._found[0]
 
     def null_vector(self) -> Floats:
         """Eigenvector next to zero of the state last looked at, of unit displacement."""
         return self._smallest(None)[1]
 
-    def _norm(self, vector: Floats) -> float:
+    def size_of(self, vector: Floats) -> float:
+        """Size of a change of the unknowns: its displacements, root mean square over nodes, m."""
         return float(np.sqrt(self._bordered.dot(self._moving * vector, vector)))
 
     def _signed(self, vector: Floats) -> Floats:
@@ -314,11 +305,11 @@ class Branches(Restartable):
                 known = point.load_factor if limit is None else limit
                 self.points.append(replace(point, load_factor=known))
             return b, None
-        point = found.point
+        point, direction = found
         switches = sum(p.switched for p in self.points)
         if self._path.branches == "switch" and switches < self._path.switches:
             self.points.append(replace(point, switched=True))
-            return b, found.direction
+            return b, direction
         self.points.append(point)
         # counted as behind it, wherever the search ended: it must not be found again
         return replace(b, negative=point.after), None

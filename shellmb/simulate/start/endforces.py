@@ -42,7 +42,7 @@ STRESSES = ("N", "S")
 
 
 class _Instant:
-    """A solution at an instant, as a `readings.Solution`.
+    """A solution at an instant, read as a `Problem` is.
 
     Args:
         problem: The problem whose steps are looked at.

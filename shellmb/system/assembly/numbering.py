@@ -69,6 +69,11 @@ class Numbering:
         if np.any(self.local_to_global < 0):
             raise ValueError("a linked dof points to a dof that is linked itself")
 
+    def own(self, k: int, dofs: Ints | slice) -> Ints:
+        """Unknowns of this rank among some dofs of field `k`, counted from its first one."""
+        numbers = self.by_field[k][dofs] - self.start
+        return numbers[(numbers >= 0) & (numbers < self.owned)]
+
     def slice(self, k: int) -> slice:
         """Place of field `k` in the concatenated local arrays."""
         return slice(int(self.offsets[k]), int(self.offsets[k + 1]))
