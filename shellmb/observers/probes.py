@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice, pairwise
 from typing import Any, NamedTuple
@@ -152,8 +151,7 @@ class WholeTurns(Restartable):
         return np.asarray(vector + TURN * round(float(axis @ counted - size) / TURN) * axis)
 
 
-@dataclass(frozen=True)
-class Spot:
+class Spot(NamedTuple):
     """A point of a body: values at its nodes on this rank times weights add up to those there.
 
     Args:
@@ -237,8 +235,7 @@ def linear(spot: Spot) -> tuple[Int32s, Floats]:
     return dofs.reshape(-1, 3), shares.reshape(size, count * size)
 
 
-@dataclass(frozen=True)
-class _Recorded:
+class _Recorded(NamedTuple):
     """A probe as it is read.
 
     Args:

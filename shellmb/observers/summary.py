@@ -5,10 +5,9 @@ import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,8 +29,7 @@ JUMP_UNIT = "1: jump of positions over the size of the body, jump of directors (
 PACKAGES = {"dolfinx": "dolfinx-solver-real", "ufl": "fenics-ufl", "ffcx": "fenics-ffcx"}
 
 
-@dataclass(frozen=True)
-class Sources:
+class Sources(NamedTuple):
     """The observers that know what a summary says."""
 
     energy: EnergyAccount

@@ -24,8 +24,8 @@ from shellmb.observers.columns import (
 from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.forces.endforces import BlowColumns, EndForceColumns
-from shellmb.observers.forces.impulse import ContactForces
 from shellmb.observers.forces.joints import JointForces
+from shellmb.observers.forces.reactions import ContactForces
 from shellmb.observers.history import History
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources

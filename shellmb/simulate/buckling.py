@@ -6,7 +6,7 @@ that follow. Displacements before buckling do not count, as in the classical the
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -33,8 +33,7 @@ MORE, TRIES = 2, 4
 INFINITE = 1e8
 
 
-@dataclass(frozen=True)
-class BucklingFactors:
+class BucklingFactors(NamedTuple):
     """Load factors of linear buckling.
 
     Args:

@@ -1,7 +1,7 @@
 """The lowest eigenvalues of a model's stiffness and mass, and the stability of its states."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from petsc4py import PETSc
 
@@ -40,8 +40,7 @@ COMPLEX = 1e-6
 FARTHEST, FARTHER, AT_ONCE, SAME = 1e4, 20.0, 4, 1e-6
 
 
-@dataclass(frozen=True)
-class StabilityState:
+class StabilityState(NamedTuple):
     """Properties of a state.
 
     Args:
@@ -128,8 +127,7 @@ def _constraints(model: Model, system: BlockSystem) -> int:
     return int(system.comm.allreduce(int(np.sum(marks))))
 
 
-@dataclass(frozen=True)
-class Lowest:
+class Lowest(NamedTuple):
     """Eigenvalues and vectors, those of rigid motions first, then by their real parts.
 
     Args:

@@ -29,8 +29,8 @@ from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.scene_copy import SceneCopy
-from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
+from shellmb.simulate.start.stored import numbering, spread
 from shellmb.simulate.stepping import Arrays, DroppedConstraints, StepInfo, TimeSteps
 from shellmb.simulate.stepsize import ErrorSize, LoadSize, StepSize
 from shellmb.simulate.target_times import Count, Landing, near

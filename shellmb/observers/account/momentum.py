@@ -1,7 +1,7 @@
 """Linear and angular momentum, and how well the scheme balances them.
 
-The change of a momentum over a step is the impulse of loads and supports (`impulse.py`); the drift
-is what is left when that impulse is taken away. It is round-off where a scheme conserves the
+The change of a momentum over a step is the impulse of loads and supports (`forces.reactions`); the
+drift is what is left when that impulse is taken away. It is round-off where a scheme conserves the
 momentum, and the error of the scheme where it does not.
 """
 
@@ -17,7 +17,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
 from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, StepValues
-from shellmb.observers.forces.impulse import Impulse
+from shellmb.observers.forces.reactions import Impulse
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals, vector_of
 

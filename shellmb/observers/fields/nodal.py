@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -87,8 +87,7 @@ class NodeSums:
 type NodalBody = ShellModel | BeamModel | PlacedBody | RigidBodies
 
 
-@dataclass(frozen=True)
-class NodalValues:
+class NodalValues(NamedTuple):
     """Values at the nodes (owned and ghost) of a body on this rank.
 
     Args:
@@ -144,7 +143,7 @@ class NodalValues:
 
     def take(self, nodes: Int32s) -> NodalValues:
         """Values at some of the nodes, in that order; one node may stand there several times."""
-        return NodalValues(*(getattr(self, field.name)[nodes] for field in fields(self)))
+        return NodalValues(*(values[nodes] for values in self))
 
 
 def rotation_vectors(reference: Floats, directors: Floats) -> Floats:

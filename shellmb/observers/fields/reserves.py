@@ -1,7 +1,6 @@
 """Reserve factors against failure: of plies, the least in each step, and of all steps."""
 
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +19,7 @@ from shellmb.scene.shells.strength import CRITERIA, MOST
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-@dataclass(frozen=True)
-class Judged:
+class Judged(NamedTuple):
     """Utilisations of plies by one criterion.
 
     Args:
@@ -194,8 +192,11 @@ class Reserves(BaseObserver):
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the largest utilisations of the step."""
-        each_shell = self.resultants.items()
-        now = {name: ply_state(self._rows[name], each.now()) for name, each in each_shell}
+        self._judge(simulation, {name: each.now() for name, each in self.resultants.items()})
+
+    def _judge(self, simulation: Simulation, both: dict[str, Floats]) -> None:
+        """Take the largest utilisations from resultants at the nodes."""
+        now = {name: ply_state(self._rows[name], values) for name, values in both.items()}
         for each, nodes, places in self.judged:
             found = each.utilisations(now[each.shell.name], nodes)
             mine: tuple[Critical, Place] | None = None

@@ -9,7 +9,6 @@ Numer. Meth. Engng 40 (1997) 51-60, take this shape for all of Q).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,8 +27,7 @@ from shellmb.scene.shells.lamination import Layup, shear_step, strain_turn, vect
 SIDES = ("bottom", "middle", "top")
 
 
-@dataclass(frozen=True)
-class PlyRows:
+class PlyRows(NamedTuple):
     """Matrices that give what a ply has at its bottom, middle and top; zero where it is dropped.
 
     Args:

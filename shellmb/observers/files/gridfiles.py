@@ -11,9 +11,8 @@ run needs of the format; VTK and ParaView read it.
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from mpi4py import MPI
@@ -110,8 +109,7 @@ def _attributes(values: Mapping[str, str]) -> str:
     return " ".join(f"{name}={quoteattr(value)}" for name, value in values.items())
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(NamedTuple):
     """All nodes and cells of a body; of shells and beams, of the degree of their displacement.
 
     Args:

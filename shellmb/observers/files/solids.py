@@ -1,9 +1,8 @@
 """Shapes of rigid bodies and of obstacles as surfaces, for files and pictures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +23,7 @@ REACH = 1.2
 HALVES = ((0, 1, 2), (0, 2, 3))
 
 
-@dataclass(frozen=True)
-class Solid:
+class Solid(NamedTuple):
     """A surface of triangles in the reference.
 
     Args:

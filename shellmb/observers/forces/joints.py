@@ -11,6 +11,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.joints.coordinates import CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
+from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.model import Model
@@ -172,8 +173,7 @@ class JointColumns:
 
     def __init__(self, model: Model, problem: Assembled, balance: Sequence[str] = (END,)) -> None:
         mechanism = model.mechanism
-        self.joints = list(mechanism.joints)
-        self.names = [f"{name}.{c}" for name in self.joints for c in COMPONENTS]
+        self.joints, self.names = list(mechanism.joints), column_names(mechanism)
         number = {name: k for k, name in enumerate(self.joints)}
         groups, self._balance = mechanism.groups, len(balance)
         works = resistance(problem, [(group.name, s) for group in groups for s in balance])
@@ -228,12 +228,36 @@ class JointColumns:
         return self.columns(self.of(slice(0, 1)))[0]
 
 
+def column_names(mechanism: Mechanism) -> list[str]:
+    """Names of the columns of all joints."""
+    return [f"{name}.{c}" for name in mechanism.joints for c in COMPONENTS]
+
+
 type Joints = list[tuple[int, BoundJoint]]
 
 
 def joints_of(group: JointGroup) -> Joints:
     """Local cells of a group with their joints."""
     return [(row, group.joints[item]) for row, item in enumerate(group.nodes.item.tolist())]
+
+
+def parts_of(group: Group, joints: Joints, number: Mapping[str, int]) -> list[Acting]:
+    """Parts of a group that find forces of its joints, by the ends that are on the second bodies.
+
+    Args:
+        group: The group.
+        joints: Local cells of the joints, and the joints.
+        number: Place of each joint in what is found, by its name.
+    """
+    items: dict[tuple[int, bool], Joints] = {}
+    for row, joint in joints:
+        # a weld to a shell has its ends the other way round
+        second = 0 if joint.ends[0].owner == joint.joint.second else 1
+        items.setdefault((second, joint.about is not None), []).append((row, joint))
+    return [
+        Acting(group, second, [*zip(*some, strict=True)], number)
+        for (second, _), some in items.items()
+    ]
 
 
 class GroupForces:
@@ -254,15 +278,7 @@ class GroupForces:
     ) -> None:
         self.name = group.name
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
-        items: dict[tuple[int, bool], Joints] = {}
-        for row, joint in joints:
-            # a weld to a shell has its ends the other way round
-            second = 0 if joint.ends[0].owner == joint.joint.second else 1
-            items.setdefault((second, joint.about is not None), []).append((row, joint))
-        self._parts = [
-            Acting(group, second, [*zip(*some, strict=True)], number)
-            for (second, _), some in items.items()
-        ]
+        self._parts = parts_of(group, joints, number)
 
     def add(self, found: Floats, at: Span, works: Floats) -> None:
         """Add forces and moments in the joints' frames and in the scene's.

@@ -16,8 +16,13 @@ from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.control.sensors import Sensor
-from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
+from shellmb.simulate.control.decisions import (
+    Sampler,
+    Watch,
+    comes_soon,
+    first_crossing,
+    turning_point,
+)
 from shellmb.simulate.stepping import StepInfo
 from shellmb.simulate.stepsize import LEAST
 

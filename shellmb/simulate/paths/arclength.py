@@ -29,8 +29,7 @@ from shellmb.simulate.paths.branches import (
 )
 from shellmb.simulate.paths.levels import Limit, Whole, crossings, land, locate, reached
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.rotation_per_step import RotationPerStep
-from shellmb.simulate.stepping import StepInfo
+from shellmb.simulate.stepping import RotationPerStep, StepInfo
 from shellmb.simulate.stepsize import StepSize
 from shellmb.system.newton.bordered import Bordered
 
@@ -132,7 +131,7 @@ class PathSteps(Restartable):
         self._turns = RotationPerStep(problem)
         self.moving = self._displacements()
         self.branches = Branches(problem, self.bordered, self.moving, path)
-        self._next: _Arrived | None = None
+        self._next: _Arrived
         self._cut = False
         self.limit: Limit | None = None
         self.unsure: list[float] = []
@@ -156,7 +155,6 @@ class PathSteps(Restartable):
     @property
     def ahead(self) -> PathState:
         """The state last solved for."""
-        assert self._next is not None
         return self._next.state
 
     @cached_property
@@ -369,7 +367,6 @@ class PathSteps(Restartable):
             self._end_at_levels(shorter, shorter(dt))
         except ConvergenceError as error:
             raise self._turning_given(error, dt) from error
-        assert self._next is not None
         self._next.state = self.branches.sure(self.here, self._next.state)
         if self.branches.passed(self.here, self._next.state):
             self.branches.locate(self.here, self._next.state, shorter)
@@ -409,7 +406,6 @@ class PathSteps(Restartable):
     def accept(self, dt: float) -> None:
         """Go there; at a bifurcation choose the branch."""
         found = self._next
-        assert found is not None
         self._problem.accept(dt)
         if self._cut:
             # it ended early, which says nothing about the next one

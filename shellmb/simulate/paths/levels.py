@@ -13,7 +13,6 @@ of thin bodies leaves few digits.
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +39,7 @@ NEAR = 1e-6
 MOST = 12
 
 
-@dataclass(frozen=True)
-class Crossing:
+class Crossing(NamedTuple):
     """Crossing of a level by a step.
 
     Args:

@@ -33,9 +33,7 @@ from shellmb.schemes.residuals.residual import Sample, interval_forces, velocity
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.direct.mumps import new_prefix
-from shellmb.system.newton.iteration import Iteration, NewtonSettings
-from shellmb.system.newton.solver import NEWTON
+from shellmb.system.newton.solver import newton_alone
 
 # what belongs to the strains of a state: resultants and assumed strains
 STRESSES = ("N", "S")
@@ -92,9 +90,7 @@ class EndForces(_Instant):
         self._following: list[Callable[[], None]] = []
         self.fields = [self._field(body) for body in self.model.bodies]
         self.system = BlockSystem(self.model.comm, self.fields)
-        self._newton = NEWTON["newton"](
-            Iteration(self.system, NewtonSettings(1e-9, 20), new_prefix(self))
-        )
+        self._newton = newton_alone(self, self.system, 20)
         for body in self.model.bodies:
             # a guess of resultants and assumed strains; then that of the step before serves
             here, q = dofs_of(body, _stresses(body)), self.levels[body.name].q

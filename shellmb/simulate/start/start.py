@@ -14,9 +14,9 @@ from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.consistent import Relaxation
 from shellmb.simulate.start.endforces import STRESSES, EndForces, begin_accelerations
 from shellmb.simulate.start.initial_state import count, instant, largest_misfit, load_state
-from shellmb.simulate.start.relaxation import Relaxation
 from shellmb.system.assembly.functionals import functionals
 
 # a joint is open if its ends are apart by more than this part of the scene's length
