@@ -112,16 +112,12 @@ def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:
     def column(name: str) -> str:
         return f"{name}{ending}" if f"{name}{ending}" in known else name
 
-    axes = ("F1", "F2", "F3"), ("Fx", "Fy", "Fz")
-    owners = dict.fromkeys(n[:-3] for n in names if n.endswith((".F1", ".Fx")))
-    vectors = [
-        [column(f"{owner}.{part}") for part in parts]
-        for owner in owners
-        for parts in axes
-        if column(f"{owner}.{parts[0]}") in known
-    ]
-    forces = [[column(n)] for n in names if n.endswith("force")]
-    return [vectors + forces, [[column(n)] for n in names if n.endswith("torque")]]
+    axes = {".F1": "123", ".Fx": "xyz"}
+    vectors = ((column(n[:-1] + k) for k in axes[n[-3:]]) for n in names if n[-3:] in axes)
+    # of a controller that reads one of them there is no other
+    forces = [[c for c in vector if c in known] for vector in vectors]
+    forces += [[column(n)] for n in names if n.endswith("force")]
+    return [forces, [[column(n)] for n in names if n.endswith("torque")]]
 
 
 def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:

@@ -84,7 +84,7 @@ def busy[T: Observer](observers: Iterable[T]) -> list[T]:
 
 
 def _acting(observers: Sequence[Observer], method: str) -> list[Observer]:
-    """Those that have a method of their own: between two solutions each call takes its time."""
+    """Observers with a method of their own: between two solutions each call takes its time."""
     nothing, every = (
         getattr(BaseObserver, method),
         [(o, getattr(o, method)) for o in busy(observers)],

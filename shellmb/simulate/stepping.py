@@ -188,7 +188,7 @@ class StepInfo(NamedTuple):
 
     @property
     def measured(self) -> float | None:
-        """What the size of steps follows: the error, or else the jump."""
+        """Error that the size of steps follows, or else the jump."""
         return self.jump if self.error is None else self.error
 
 

@@ -217,6 +217,8 @@ def test_a_component_that_counts_is_compared_with_itself() -> None:
     """Sums hide what alternates in one of them, from a thousandth of the whole on."""
     for part, count in ((1.1e-3, 1), (0.9e-3, 0)):
         rows = [{"hub.F1": part * (-1.0) ** k, "hub.F2": 0.0, "hub.F3": 1.0} for k in range(60)]
+        # what a controller reads of it
+        rows = [row | {"pid.hub.F3": row["hub.F3"], "pid.hub.F1": 1.0} for row in rows]
         watch = Alternating(cast(Sources, SimpleNamespace(history=SimpleNamespace(rows=rows))))
         scene = SimpleNamespace(output=SimpleNamespace(end_forces=False))
         run = SimpleNamespace(scheme=EnergyPreserving(), scene=scene)

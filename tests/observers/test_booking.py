@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.observers import deferred_observer
-from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.account.energy import COLUMNS
 from shellmb.observers.forces.reactions import ArmCarrier
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.resume import resume
@@ -165,7 +165,7 @@ def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
     found = read_saved(tmp_path / "failed", straight.simulation.model.comm)
     assert found.simulation["step"] == step - 1
     row = straight.rows[step - 1]
-    assert found.observers["energy"]["values"] == {k: row[k] for k in EnergyAccount.NAMES}
+    assert found.observers["energy"]["values"] == {k: row[k] for k in COLUMNS}
     freedoms = found.observers["joints"]["freedoms"]
     assert freedoms["values"] == {"hinge.rotation": row["hinge.rotation"]}
     resumed = resume(tmp_path / "failed", [BaseObserver()], scene=swing(), pictures=False)

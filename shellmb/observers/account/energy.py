@@ -31,8 +31,10 @@ from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals
 
-# work from outside that has columns of its own
+# work from outside that has columns of its own; work and what is lost; and all columns
 WORKS = ("loads", "terms")
+PORTS = ("work_loads", "work_terms", "work_supports", "dissipation")
+COLUMNS = ("kinetic_energy", "strain_energy", "total_energy", *PORTS, "energy_balance")
 
 # strains, and motions relative to the scene, below which an energy account cannot close to 1e-8:
 # round-off of 1e-16 in strains is an energy of 1e-12 of theirs, and forces that are in balance
@@ -78,16 +80,6 @@ class EnergyAccount(DeferredObserver):
             friction and damping of contacts.
     """
 
-    NAMES = (
-        "kinetic_energy",
-        "strain_energy",
-        "total_energy",
-        "work_loads",
-        "work_terms",
-        "work_supports",
-        "dissipation",
-        "energy_balance",
-    )
     remembered = (*_SUMS, *_SIZES)
     values, dissipated = Booked[Row](), Booked[Row]()
     error, largest, exchanged = Booked[float](), Booked[float](), Booked[float]()
@@ -95,7 +87,7 @@ class EnergyAccount(DeferredObserver):
 
     def __init__(self) -> None:
         super().__init__()
-        self._values = dict.fromkeys(self.NAMES, 0.0)
+        self._values = dict.fromkeys(COLUMNS, 0.0)
         self._error = self._largest = self._exchanged = self._fastest = self._floor = 0.0
         self._dissipated: Row = {}
         self._there = self._lowest = 0.0
@@ -269,7 +261,7 @@ class EnergyAccount(DeferredObserver):
         dissipated = [*spent, *by_states, *faces.sum(axis=1), *by_velocities]
         works["dissipation"] = [np.zeros_like(total), *dissipated]
         found = {name: _added(self._values[name], *parts) for name, parts in works.items()}
-        outside = (found[name] for name in ("work_loads", "work_terms", "work_supports"))
+        outside = (found[name] for name in PORTS[:3])
         assert self._initial is not None
         left = sum((-work for work in outside), total - self._initial) + found["dissipation"]
         return found | {"energy_balance": left}
@@ -277,11 +269,10 @@ class EnergyAccount(DeferredObserver):
     def _sizes(self, columns: Mapping[str, Any]) -> None:
         """Largest and smallest values so far, by columns of some steps."""
         total, kinetic = columns["total_energy"], columns["kinetic_energy"]
-        ports = ("work_loads", "work_terms", "work_supports", "dissipation")
         self._largest = max(self._largest, float(np.max(np.abs(total))))
         self._fastest = max(self._fastest, float(np.max(kinetic)))
         # what potentials below zero give to bodies is energy that was seen, though the sum is not
-        exchanged = [float(np.max(np.abs(columns[name]))) for name in ports]
+        exchanged = [float(np.max(np.abs(columns[name]))) for name in PORTS]
         self._exchanged = max(self._exchanged, self._largest, self._fastest, *exchanged)
         self._there = max(self._there, float(np.max(total + columns["dissipation"])))
         self._lowest = min(self._lowest, float(np.min(total)))

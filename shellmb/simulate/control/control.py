@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -127,16 +127,7 @@ class Control(Restartable):
             among the watches.
     """
 
-    remembered: ClassVar[tuple[str, ...]] = (
-        "samplers",
-        "watches",
-        "_read",
-        "_before",
-        "_dt",
-        "_begun",
-        "_changed",
-        "ended",
-    )
+    remembered = ("samplers", "watches", "_read", "_before", "_dt", "_begun", "_changed", "ended")
 
     def __init__(self, scene: Scene, signals: Signals) -> None:
         self._signals = signals
