@@ -23,7 +23,7 @@ from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.simulate.stepping import Arrays, StepInfo
-from shellmb.simulate.target_times import Count, near
+from shellmb.simulate.stepsize import Count, near
 from shellmb.system.assembly.functionals import functionals
 from shellmb.system.direct.solver import Factors
 

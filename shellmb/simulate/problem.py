@@ -31,7 +31,7 @@ from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Pairs, Predictor
 from shellmb.simulate.start.consistent import Arrays, ScaledRates, VelocityProjection, flight
-from shellmb.simulate.target_times import rounded
+from shellmb.simulate.stepsize import rounded
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
     DependentFunctions,

@@ -32,8 +32,7 @@ from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.start.stored import numbering, spread
 from shellmb.simulate.stepping import Arrays, DroppedConstraints, StepInfo, TimeSteps
-from shellmb.simulate.stepsize import ErrorSize, LoadSize, StepSize
-from shellmb.simulate.target_times import Count, Landing, near
+from shellmb.simulate.stepsize import Count, ErrorSize, Landing, LoadSize, StepSize, near
 from shellmb.stopping import failing_together
 
 # what names of saved arrays of steps before the last one begin with

@@ -132,14 +132,14 @@ FAULTS = (
     # times
     Fault(
         "times of steps are summed",
-        "shellmb/simulate/target_times.py",
+        "shellmb/simulate/stepsize.py",
         "return self.begin + self.steps * dt",
         "return t + dt",
         (f"{TIMES}::test_equal_steps_are_counted",),
     ),
     Fault(
         "a rest of a step is a step",
-        "shellmb/simulate/target_times.py",
+        "shellmb/simulate/stepsize.py",
         "(remaining / 2 if remaining < (1 + size.least_rest) * size.dt else size.dt)",
         "size.dt",
         (f"{TIMES}::test_a_rest_is_shared_where_it_is_short",),
