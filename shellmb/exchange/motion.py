@@ -13,7 +13,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.observers.account.energy import present, work_forms
-from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.deferred import DeferredObserver
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
 from shellmb.observers.history import check_columns
 from shellmb.running.standard import StandardObservers

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 from weakref import proxy
 
 from shellmb.files.writing import open_new
-from shellmb.observers.deferred_observer import Row
+from shellmb.observers.deferred import Row
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepsize import ErrorSize
 

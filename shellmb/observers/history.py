@@ -11,7 +11,7 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_bytes
 from shellmb.observers.columns import Batches, GrowingFile
-from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.deferred import DeferredObserver
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what every history begins and ends with

@@ -13,13 +13,7 @@ import numpy as np
 from shellmb.arrays import Floats, Int32s
 from shellmb.model.locations.nodes import is_point, local_nodes, local_point, surrounding
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import (
-    STEPS,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    StepValues,
-)
+from shellmb.observers.deferred import STEPS, DeferredObserver, Row, SharedTable, StepValues
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
 from shellmb.observers.fields.nodal import Nodes, rotation_vectors, state
 from shellmb.observers.fields.resultants import Resultants

@@ -256,7 +256,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "an event that has gone off goes off again in a run that goes on",
-        "shellmb/simulate/control/decisions.py",
+        "shellmb/simulate/control/items.py",
         'remembered = ("times", "armed")',
         'remembered = ("times",)',
         ("tests/run/test_what_is_remembered.py::test_events_stay_as_they_were",),

@@ -18,13 +18,7 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
 from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.observers.deferred_observer import (
-    Booked,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    StepValues,
-)
+from shellmb.observers.deferred import Booked, DeferredObserver, Row, SharedTable, StepValues
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling

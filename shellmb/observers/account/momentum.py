@@ -16,7 +16,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, StepValues
+from shellmb.observers.deferred import STEPS, Booked, DeferredObserver, Row, StepValues
 from shellmb.observers.forces.reactions import Impulse
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals, vector_of

@@ -17,7 +17,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import RigidBodies
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
+from shellmb.observers.deferred import STEPS, Booked, DeferredObserver, Row, SharedTable
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.simulate.simulation import Simulation

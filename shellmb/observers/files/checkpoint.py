@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.files.writing import add_checksum, checksum, drafted, make_folder, write_text
-from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.deferred import DeferredObserver
 from shellmb.restart import Restartable, arrays_of, without_arrays
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, busy, separated

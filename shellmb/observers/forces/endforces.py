@@ -20,7 +20,7 @@ from shellmb.arrays import Bools
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
 from shellmb.observers.columns import KeptColumns
-from shellmb.observers.deferred_observer import Row
+from shellmb.observers.deferred import Row
 from shellmb.observers.forces.joints import JointColumns, Span, span_of_state, span_of_step
 from shellmb.observers.forces.reactions import Assembled, HeldForces
 from shellmb.scene.lookup import said

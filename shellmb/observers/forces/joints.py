@@ -15,13 +15,7 @@ from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import (
-    STEPS,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    StepValues,
-)
+from shellmb.observers.deferred import STEPS, DeferredObserver, Row, SharedTable, StepValues
 from shellmb.observers.forces.locations import FreeCoordinates, Group, Places
 from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END

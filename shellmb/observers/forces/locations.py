@@ -16,7 +16,7 @@ import numpy.typing as npt
 from shellmb.arrays import Floats
 from shellmb.model.joints.coordinates import COLUMN, CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.observers.deferred_observer import SharedTable, copies
+from shellmb.observers.deferred import SharedTable, copies
 from shellmb.restart import Restartable
 from shellmb.simulate.simulation import Simulation
 

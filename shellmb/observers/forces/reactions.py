@@ -27,7 +27,7 @@ from shellmb.model.body import Body
 from shellmb.model.model import Model
 from shellmb.native.kernels import compile_all
 from shellmb.observers.columns import KeptColumns
-from shellmb.observers.deferred_observer import STEPS, SharedTable, StepValues
+from shellmb.observers.deferred import STEPS, SharedTable, StepValues
 from shellmb.observers.fields.nodal import NodalBody, Nodes, NodeSums, nodal_bodies
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.problem import Problem

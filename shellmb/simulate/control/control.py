@@ -16,13 +16,7 @@ from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.control.sensors import Sensor
-from shellmb.simulate.control.decisions import (
-    Sampler,
-    Watch,
-    comes_soon,
-    first_crossing,
-    turning_point,
-)
+from shellmb.simulate.control.items import Sampler, Watch, comes_soon, first_crossing, turning_point
 from shellmb.simulate.stepping import StepInfo
 from shellmb.simulate.stepsize import LEAST
 

@@ -24,14 +24,7 @@ from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.start.stored import (
-    HISTORY,
-    Stored,
-    StoredFrame,
-    counted,
-    read_stored,
-    taken_up,
-)
+from shellmb.simulate.start.stored import HISTORY, Snapshot, Stored, counted, read_stored, taken_up
 
 # what of a body says which nodes it has
 MESH: tuple[str, ...] = (".surface", ".curve", ".mesh", ".elements", ".degree", ".cell", ".model")
@@ -113,7 +106,7 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
         if body.rigid:
             raise SceneError(f"{who}: {said(body)} is rigid; frames are of its mesh, leave out at")
     with alike(problem.model.comm):
-        frame = StoredFrame(Path(start.run), start.at, who)
+        frame = Snapshot(Path(start.run), start.at, who)
         for each in scene.bodies:
             own, nodes, X, D = problem.model.nodes_of(each.name)
             (u, d), *rates = frame.nodes(scene, each.name, X, D.shape[1], moving)

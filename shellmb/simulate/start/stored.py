@@ -208,7 +208,7 @@ def _since(state: dict[str, Any], t: float) -> dict[str, Any]:
     return state | {"count": 0, "last": None if last is None else last - t}
 
 
-class StoredFrame:
+class Snapshot:
     """A frame of a run.
 
     Args:

@@ -1,4 +1,4 @@
-"""Events and controllers in a run: when events go on and off, and what controllers answer when."""
+"""Controllers and events of a run: what controllers answer when, and when events go on and off."""
 
 import copy
 import math
