@@ -17,9 +17,8 @@ from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
-from shellmb.observers.columns import step_control
 from shellmb.observers.fields.reserves import Reserves
-from shellmb.observers.history import History
+from shellmb.observers.history import History, step_control
 from shellmb.simulate.simulation import Simulation
 
 # points of the series that is kept

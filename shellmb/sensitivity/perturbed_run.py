@@ -15,9 +15,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, unsaid
-from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import Checkpoint, Saved
 from shellmb.observers.files.described import describe
+from shellmb.observers.history import points_and_events
 from shellmb.observers.summary import summarise
 from shellmb.running.execute import RunResult, take_up
 from shellmb.running.results import measured, write_summary

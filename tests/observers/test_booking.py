@@ -92,7 +92,7 @@ def observed(ask: bool) -> tuple[list[dict[str, float]], dict[str, Any], list[in
 
 def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None:
     """Asked in each step, or left alone until 32 are together."""
-    monkeypatch.setattr("shellmb.observers.columns.BATCH", 1e9)
+    monkeypatch.setattr("shellmb.observers.history.BATCH", 1e9)
     alone, states, ones = observed(ask=True)
     together, others, several = observed(ask=False)
     # of numbers that are none no one equals another

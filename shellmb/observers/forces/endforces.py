@@ -19,10 +19,10 @@ import numpy as np
 from shellmb.arrays import Bools
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
-from shellmb.observers.columns import KeptColumns
 from shellmb.observers.deferred import Row
 from shellmb.observers.forces.joints import JointColumns, Span, span_of_state, span_of_step
 from shellmb.observers.forces.reactions import Assembled, HeldForces
+from shellmb.observers.history import KeptColumns
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation

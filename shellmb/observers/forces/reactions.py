@@ -26,9 +26,9 @@ from shellmb.arrays import Bools, Floats
 from shellmb.model.body import Body
 from shellmb.model.model import Model
 from shellmb.native.kernels import compile_all
-from shellmb.observers.columns import KeptColumns
 from shellmb.observers.deferred import STEPS, SharedTable, StepValues
 from shellmb.observers.fields.nodal import NodalBody, Nodes, NodeSums, nodal_bodies
+from shellmb.observers.history import KeptColumns
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.simulation import Simulation
