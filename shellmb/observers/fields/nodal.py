@@ -200,6 +200,10 @@ class Nodes:
     Args:
         body: The body.
         which: Numbers of the nodes on this rank; one may stand there several times. None: all.
+
+    Attributes:
+        dofs: Dofs of displacements, shape (n, 3), and of directors, shape (n, m, 3).
+        directors: Number of directors of each.
     """
 
     def __init__(self, body: NodalBody, which: Int32s | None = None) -> None:
@@ -209,11 +213,7 @@ class Nodes:
         dofs = body.mixed.dofs
         self._u = dofs["u"].reshape(-1, 3)[here]
         self._w = dofs["w"].reshape(D.shape)[here]
-
-    @property
-    def dofs(self) -> tuple[Int32s, Int32s]:
-        """Dofs of displacements, shape (n, 3), and of directors, shape (n, m, 3)."""
-        return self._u, self._w
+        self.dofs, self.directors = (self._u, self._w), int(D.shape[1])
 
     def values(self, q: Floats, velocity: Floats | None = None) -> NodalValues:
         """Values at the nodes, in their order.
@@ -226,11 +226,6 @@ class Nodes:
         return NodalValues(
             self._X, q[self._u], self._D, self._D + q[self._w], v[self._u], v[self._w]
         )
-
-    @property
-    def directors(self) -> int:
-        """Number of directors of each."""
-        return int(self._D.shape[1])
 
     def dofs_of(self, marked: Bools) -> Int32s:
         """Dofs of some of the nodes.

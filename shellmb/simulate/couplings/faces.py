@@ -102,7 +102,7 @@ class FacesCoupling:
         pieces: Pieces,
         offsets: Mapping[tuple[str, str], int],
     ) -> None:
-        self.contact, self._pieces = contact, pieces
+        self.contact, self.name, self._pieces = contact, contact.item.name, pieces
         self._stages = tuple(pieces.rows)
         self._stresses = StepStresses(comm, pieces, contact.law)
         rubs, directors = contact.item.friction > 0, contact.d.shape[1]
@@ -140,11 +140,6 @@ class FacesCoupling:
         """Numbers of the dofs of a stage in slots, shape (..., 3)."""
         first = self._stages.index(stage) * self._count
         return 3 * (first + slots[..., None]) + np.arange(3)
-
-    @property
-    def name(self) -> str:
-        """Name of the contact."""
-        return self.contact.item.name
 
     def _at(self, state: Mapping[str, float]) -> tuple[Floats, Floats]:
         """Positions of points and nodes at a state of the step."""

@@ -115,6 +115,7 @@ class PathSteps(Restartable):
         bordered: Newton's method with the load factor as one more unknown.
         moving: Weights of displacements among owned unknowns.
         branches: What is passed on the path.
+        points: Limit points and bifurcations passed so far.
         limit: The limit point in the step last solved for; None: there is none, or not found.
         unsure: Load factors of limit points that were not found; theirs is that of a cubic.
     """
@@ -131,6 +132,7 @@ class PathSteps(Restartable):
         self._turns = RotationPerStep(problem)
         self.moving = self._displacements()
         self.branches = Branches(problem, self.bordered, self.moving, path)
+        self.points = self.branches.points
         self._next: _Arrived
         self._cut = False
         self.limit: Limit | None = None
@@ -141,11 +143,6 @@ class PathSteps(Restartable):
         self.here = self._look(0.0, None, 0.0)
         self.unstable = self.here.negative
         size.farthest = FARTHEST * problem.model.length / self.scale
-
-    @property
-    def points(self) -> list[PointOnPath]:
-        """Limit points and bifurcations passed so far."""
-        return self.branches.points
 
     @property
     def factor(self) -> float:
@@ -197,7 +194,7 @@ class PathSteps(Restartable):
             points: Limit points and bifurcations found.
         """
         self.here, self.scale, self.unstable = state, scale, state.negative
-        self.branches.points.extend(points)
+        self.points.extend(points)
         self._problem.load_factor = state.factor
 
     def _displacements(self) -> Floats:

@@ -316,7 +316,7 @@ class Branches(Restartable):
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up the points so far."""
-        self.points = [PointOnPath(**p) for p in state["points"]]
+        self.points[:] = [PointOnPath(**p) for p in state["points"]]
 
 
 def _not_located(b: PathState) -> ConvergenceError:
