@@ -13,7 +13,7 @@ from shellmb.barrier import first_found
 from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.model.massless import gathered
 from shellmb.model.potentials.contact import ContactGroup
-from shellmb.observers.files.solids import body_solid
+from shellmb.observers.files.output_parts import body_solid
 from shellmb.scene.lookup import said
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
