@@ -8,7 +8,7 @@ by one unit of it per unit of the load factor.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -337,13 +337,6 @@ class PathSteps(Restartable):
         end = self._path.load_end
         return end is not None and reached(self.factor, end)
 
-    def _end_at_levels(self, shorter: Callable[[float], PathState], end: PathState) -> None:
-        """Shorten the step solved for to where it first comes to a load level, if it does."""
-        found = crossings(self.here, end, self._levels)
-        # the load may turn round before the first of them
-        if found and not any(land(self.here, end, crossing, shorter) for crossing in found):
-            shorter(end.t - self.here.t)
-
     def attempt(self, t: float, dt: float) -> StepInfo:
         """Solve for the state at the arc length `t + dt`.
 
@@ -361,7 +354,11 @@ class PathSteps(Restartable):
             return self._next.state
 
         try:
-            self._end_at_levels(shorter, shorter(dt))
+            end = shorter(dt)
+            found = crossings(self.here, end, self._levels)
+            # the load may turn round before the first of them
+            if found and not any(land(self.here, end, crossing, shorter) for crossing in found):
+                shorter(end.t - self.here.t)
         except ConvergenceError as error:
             raise self._turning_given(error, dt) from error
         self._next.state = self.branches.sure(self.here, self._next.state)
