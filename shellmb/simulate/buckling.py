@@ -94,8 +94,8 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
     state.run()
     # resultants and multipliers, in the reference configuration
     arrays = state.arrays()
-    for body in model.bodies:
-        arrays[f"{body.name}/q"][kinematic_dofs(body)] = 0.0
+    for each in model.bodies:
+        arrays[f"{each.name}/q"][kinematic_dofs(each)] = 0.0
     end, t = state.problem.start_factor, state.t
     system, stiffness, _ = tangent(model)
     K = system.symmetric_matrix(stiffness, 1.0)
