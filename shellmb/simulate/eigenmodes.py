@@ -89,9 +89,8 @@ class Stability:
             known = negative is not None and negative >= self._constraints
             return StabilityState(negative - self._constraints if known else None, True)  # type: ignore
         odd = self._inertia.odd()
-        return StabilityState(
-            1 if odd is not None and odd != self._constraints % 2 else None, False
-        )
+        unstable = 1 if odd is not None and odd != self._constraints % 2 else None
+        return StabilityState(unstable, False)
 
     def apply_inverse(self, b: Floats) -> Floats:
         """Displacement by forces of the state last examined, whose matrix must be symmetric.

@@ -64,6 +64,10 @@ class PathState:
         constant(self.tangent)
 
 
+# solves for the state at another arc length behind the start of a step
+type Trial = Callable[[float], PathState]
+
+
 @dataclass(frozen=True)
 class PointOnPath:
     """A limit point or bifurcation.
@@ -144,7 +148,7 @@ class Branches(Restartable):
         change = abs(b.negative - a.negative)
         return change > 1 or change != int(turned(a, b))
 
-    def locate(self, a: PathState, b: PathState, shorter: Callable[[float], PathState]) -> None:
+    def locate(self, a: PathState, b: PathState, shorter: Trial) -> None:
         """Shorten the step until it ends at the first bifurcation.
 
         The smallest eigenvalue is brought to zero by false position, safeguarded by bisection on
@@ -192,9 +196,7 @@ class Branches(Restartable):
         point = PointOnPath("bifurcation", float(state.t + zero - length), factor, before, after)
         self._found = point, self._signed(self._other(state, vector))
 
-    def _locate_return(
-        self, a: PathState, b: PathState, shorter: Callable[[float], PathState]
-    ) -> None:
+    def _locate_return(self, a: PathState, b: PathState, shorter: Trial) -> None:
         """Locate where a branch comes back to the path that it left, and the load turns there.
 
         An eigenvalue touches zero without a change of sign. Arguments as of `locate`.
@@ -228,12 +230,11 @@ class Branches(Restartable):
         Where a branch comes back to the path that it left, its own tangent is the null vector, and
         the other path goes where the load moves the rest.
         """
-        share = self._bordered.dot(self._moving * vector, state.tangent) / self.size_of(
-            state.tangent
-        )
+        size = self.size_of(state.tangent)
+        share = self._bordered.dot(self._moving * vector, state.tangent) / size
         if abs(share) < PARALLEL:
             return vector
-        rest = state.tangent - share * self.size_of(state.tangent) * vector
+        rest = state.tangent - share * size * vector
         return np.asarray(rest / self.size_of(rest))
 
     def _smallest(self, guess: Floats | None) -> tuple[float, Floats]:
@@ -346,7 +347,7 @@ def sense(factor: float, rate: float, dt: float, before: int) -> int:
 def limit_point(a: PathState, b: PathState) -> PointOnPath:
     """The limit point between two states, by the cubic that has their values and rates."""
     cubic = load_cubic(a, b)
-    inside = real_between(np.polyder(cubic))
+    inside = roots(np.polyder(cubic))
     s = inside[0] if inside else a.rate / (a.rate - b.rate)
     t = float(a.t + s * (b.t - a.t))
     factor = float(np.polyval(cubic, s))
@@ -374,7 +375,7 @@ def cubic(values: tuple[Any, Any], slopes: tuple[Any, Any]) -> Floats:
     return np.array([begin + end - 2 * rise, 3 * rise - 2 * begin - end, begin, first])
 
 
-def real_between(polynomial: npt.ArrayLike) -> list[float]:
+def roots(polynomial: npt.ArrayLike) -> list[float]:
     """Real roots of a polynomial between zero and one, in their order."""
     roots = np.roots(np.asarray(polynomial))
     return sorted(float(r.real) for r in roots if abs(r.imag) < 1e-9 and 0 <= r.real <= 1)
