@@ -95,8 +95,7 @@ def versions() -> dict[str, str]:
     from petsc4py import PETSc
 
     found = {"shellmb": __version__, "python": platform.python_version(), "numpy": np.__version__}
-    for name, package in PACKAGES.items():
-        found[name] = importlib.metadata.version(package)
+    found |= {name: importlib.metadata.version(package) for name, package in PACKAGES.items()}
     found["petsc"] = ".".join(map(str, PETSc.Sys.getVersion()))
     return found
 

@@ -308,15 +308,11 @@ def work_forms(simulation: Simulation, kind: str, bodies: Sequence[Body]) -> lis
         levels = simulation.problem.levels[body.name]
         moved = simulation.scheme.moved(levels.q, levels.scaled, levels.unknown)
         for name, stage in simulation.problem.forms[body.name].items():
-            for sample in stage.samples:
-                form = (
-                    sample.of_loads(moved[name])
-                    if kind == "loads"
-                    else sample.of_terms(body, moved[name])
-                )
-                forms.append(form)
-            if kind == "terms":
-                forms.append(stage.damping)
+            if kind == "loads":
+                forms += [sample.of_loads(moved[name]) for sample in stage.samples]
+            else:
+                terms = (sample.of_terms(body, moved[name]) for sample in stage.samples)
+                forms += [*terms, stage.damping]
     return forms
 
 
