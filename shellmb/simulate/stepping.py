@@ -95,9 +95,8 @@ class StepErrors(Restartable):
         found = []
         for name, dofs in self._where:
             levels = self._problem.levels[name]
-            known = {"q": levels.q, **levels.rates}
-            function = known[kind] if kind in known else levels.unknown[kind]
-            found.append(function.x.array[dofs])
+            every = {**levels.unknown, "q": levels.q, **levels.rates}
+            found.append(every[kind].x.array[dofs])
         return np.concatenate([*found, np.zeros(0)])
 
     def _begin(self) -> None:

@@ -26,7 +26,7 @@ from shellmb.observers.history import KeptColumns
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.start.endforces import EndForces, Impulses
+from shellmb.simulate.start.endforces import EndForces
 
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -106,7 +106,7 @@ class ImpulseColumns:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        self._impulses = Impulses(simulation.problem)
+        self._impulses = simulation.problem.projection
         self._joints = JointColumns(simulation.model, self._impulses)
 
     def __call__(self, simulation: Simulation) -> Row:

@@ -32,12 +32,12 @@ from shellmb.observers.history import KeptColumns
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.start.endforces import EndForces, Impulses
+from shellmb.simulate.start.consistent import Instant
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.meshgroups import residuals_of_fields
 
 # a system of all bodies: that of a step, or that of the forces at its end
-type Assembled = Problem | EndForces | Impulses
+type Assembled = Problem | Instant
 
 
 def resistance(problem: Assembled, rows: Iterable[tuple[str, str]]) -> Callable[[], Floats]:

@@ -59,7 +59,56 @@ FLOWN = 10.0
 type Pairs = tuple[Floats, Ints, Ints]
 
 
-class VelocityProjection:
+class Instant:
+    """A solution for all bodies at an instant, read as a `Problem` is.
+
+    Args:
+        model: The bodies.
+        levels: Their functions.
+        kind: What is solved for, in names of functions.
+
+    Attributes:
+        functions: Functions of the solution by body.
+        system: The block system; its reactions are the forces that hold and move fixed unknowns.
+        fields: Its fields, one for each body.
+        last: Name of the only stage.
+    """
+
+    system: BlockSystem
+    fields: list[Field]
+    last = END
+
+    def __init__(self, model: Model, levels: dict[str, Levels], kind: str) -> None:
+        self.model, self.levels = model, levels
+        spaces = {body.name: body.mixed.space for body in model.bodies}
+        self.functions = {n: fem.Function(s, name=f"{kind}_{n}") for n, s in spaces.items()}
+        self.numbers = {name: k for k, name in enumerate(spaces)}
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of a body's field in the system."""
+        return self.numbers[body]
+
+    def state(self, body: str) -> fem.Function:
+        """Function that holds what is solved for of a body: rates, and forces or impulses."""
+        return self.functions[body]
+
+    def unknown(self, body: str) -> list[fem.Function]:
+        """That function."""
+        return [self.functions[body]]
+
+    def hold(self, value: Callable[[FixedDofs], Floats]) -> None:
+        """Give fixed dofs their values.
+
+        Args:
+            value: Gives those of dofs whose motion is prescribed; others are zero.
+        """
+        for body, field in zip(self.model.bodies, self.fields, strict=True):
+            given = [value(f) if f.moving else np.zeros(len(f.dofs)) for f in body.fixed]
+            values = np.concatenate([*given, np.zeros(0)])
+            field.values[: len(values)] = values
+
+
+class VelocityProjection(Instant):
     """Projects velocities on those that the constraints allow.
 
     Args:
@@ -68,25 +117,19 @@ class VelocityProjection:
     """
 
     def __init__(self, model: Model, levels: dict[str, Levels]) -> None:
-        self._levels = levels
-        self.functions: dict[str, fem.Function] = {}
-        numbers = {body.name: k for k, body in enumerate(model.bodies)}
-        fields = []
+        super().__init__(model, levels, "v")
+        self.fields = []
         for body in model.bodies:
-            space = body.mixed.space
-            unknown = fem.Function(space, name=f"v_{body.name}")
-            self.functions[body.name] = unknown
-            test = ufl.TestFunction(space)
+            unknown, test = self.functions[body.name], ufl.TestFunction(body.mixed.space)
             at, v = levels[body.name].reference or levels[body.name], levels[body.name].rates["v"]
             rows = (body.inertia(unknown - v, test), velocity_constraint(body, unknown, at.q, test))
             parts, without = parts_of(body, "velocity of {}", ()), without_jump(body)
             row = [added(rows)]
-            fields.append(body_field(body, unknown, row, numbers, parts, without=without))
-        self._bodies = {b.name: b for b in model.bodies}
+            field = body_field(body, unknown, row, self.numbers, parts, without=without)
+            self.fields.append(field)
         self._held = {b.name: sum(len(f.dofs) for f in b.fixed) for b in model.bodies}
         self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
-        self.fields = {f.name: f for f in fields}
-        self.system = BlockSystem(model.comm, fields)
+        self.system = BlockSystem(model.comm, self.fields)
         # masses beside forces of multipliers: all unknowns, scaled until they are alike
         self._newton = newton_alone(
             self, self.system, 5, lambda nodes, prefix: Unreduced(nodes.system, prefix, ALIKE)
@@ -94,8 +137,8 @@ class VelocityProjection:
 
     def take_given(self) -> None:
         """Take velocities from the bodies' functions, those of fixed dofs as given."""
-        for name, unknown in self.functions.items():
-            v, field = self._levels[name].rates["v"].x.array, self.fields[name]
+        for (name, unknown), field in zip(self.functions.items(), self.fields, strict=True):
+            v = self.levels[name].rates["v"].x.array
             unknown.x.array[:] = 0.0
             unknown.x.array[self._kinematic[name]] = v[self._kinematic[name]]
             held = self._held[name]
@@ -119,7 +162,7 @@ class VelocityProjection:
         self._newton.solve()
         for name, unknown in self.functions.items():
             dofs = self._kinematic[name]
-            self._levels[name].rates["v"].x.array[dofs] = unknown.x.array[dofs]
+            self.levels[name].rates["v"].x.array[dofs] = unknown.x.array[dofs]
 
     def nearest(self, rate: Callable[[FixedDofs], Floats]) -> dict[str, Floats]:
         """The nearest consistent velocities by body, in arrays of their own.
@@ -128,19 +171,15 @@ class VelocityProjection:
             rate: Gives the velocities of dofs whose motion is prescribed.
         """
         self.take_given()
-        for name, field in self.fields.items():
-            every = self._bodies[name].fixed
-            given = [rate(f) if f.moving else np.zeros(len(f.dofs)) for f in every]
-            field.values[: self._held[name]] = np.concatenate([*given, np.zeros(0)])
+        self.hold(rate)
         self._newton.solve()
         found = {}
-        for name, unknown in self.functions.items():
-            body = self._bodies[name]
+        for body, (name, unknown) in zip(self.model.bodies, self.functions.items(), strict=True):
             # places of joints, too, which have no velocities of their own; velocities without
             # equations are those that nothing ties: they stay
             idle = np.concatenate([NONE, *without_jump(body)])
             dofs = np.setdiff1d(dofs_of(body, body.mixed.dofs.keys() - {*FORCES}), idle)
-            found[name] = self._levels[name].rates["v"].x.array.copy()
+            found[name] = self.levels[name].rates["v"].x.array.copy()
             found[name][dofs] = unknown.x.array[dofs]
         return found
 
@@ -248,7 +287,7 @@ class Frame(Protocol):
         ...
 
 
-class Relaxation:
+class Relaxation(Instant):
     """Moves the bodies without inertia forces but those of a frame that they come to rest in.
 
     Args:
@@ -269,17 +308,15 @@ class Relaxation:
         time: float = 0.0,
         untested: Collection[str] = (),
     ) -> None:
-        self.model, self.levels, self.tau, self.time = model, levels, tau, time
-        self.functions: dict[str, fem.Function] = {}
+        super().__init__(model, levels, "relaxed")
+        self.tau, self.time = tau, time
         self._weights: list[fem.Constant] = []
         self._loads: list[LoadFactors] = []
-        numbers = {body.name: k for k, body in enumerate(model.bodies)}
-        fields: list[Field] = []
+        self.fields = []
         followers: list[DependentFunctions] = []
         for body in model.bodies:
             space, q = body.mixed.space, levels[body.name].q
-            unknown = fem.Function(space, name=f"relaxed_{body.name}")
-            self.functions[body.name] = unknown
+            unknown = self.functions[body.name]
             test = ufl.TestFunction(space)
             weight = fem.Constant(space.mesh, 1.0)
             self._weights.append(weight)
@@ -299,12 +336,12 @@ class Relaxation:
                 work = loads.virtual_work(unknown, test)
                 forms.append(None if work is None else -work)
             parts = parts_of(body, "{}", {p.name for p in body.parts} - {*untested})
-            field = body_field(body, unknown, forms, numbers, parts)
-            fields.append(replace(field, terms=residual_terms(terms, [numbers[body.name]])))
+            field = body_field(body, unknown, forms, self.numbers, parts)
+            field = replace(field, terms=residual_terms(terms, [self.numbers[body.name]]))
+            self.fields.append(field)
             if sub.states is not None:
                 followers.append(DependentFunctions(**vars(sub.states)))
-        self._fields = {f.name: f for f in fields}
-        self.system = BlockSystem(model.comm, fields, followers)
+        self.system = BlockSystem(model.comm, self.fields, followers)
         self._newton = newton_alone(self, self.system, 50)
 
     def step(self, tau: float, factor: float) -> float:
@@ -317,11 +354,10 @@ class Relaxation:
 
         for loads in self._loads:
             loads.update(average)
-        for body in self.model.bodies:
+        for body, field in zip(self.model.bodies, self.fields, strict=True):
             self.functions[body.name].x.array[:] = self.levels[body.name].q.x.array
             if body.fixed:
-                given = np.concatenate([f.value(self.time) for f in body.fixed])
-                self._fields[body.name].values[:] = given
+                field.values[:] = np.concatenate([f.value(self.time) for f in body.fixed])
         self._newton.solve()
         moved = 0.0
         for body in self.model.bodies:
