@@ -40,6 +40,10 @@ HEAD = (
 )
 TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
 
+# names of the components of fields; none
+type Named = Mapping[str, Sequence[str]]
+NONE: Named = {}
+
 
 class Packed:
     """An array as it stands in a file.
@@ -200,13 +204,9 @@ class GridFiles:
     """
 
     def __init__(
-        self,
-        folder: Path,
-        grid: Grid,
-        cell_data: Mapping[str, Floats],
-        components: Mapping[str, tuple[str, ...]] | None = None,
+        self, folder: Path, grid: Grid, cell_data: Mapping[str, Floats], components: Named = NONE
     ) -> None:
-        self._folder, self._grid, self._components = folder, grid, dict(components or {})
+        self._folder, self._grid, self._components = folder, grid, components
         self._stem = grid.name.replace(" ", "_")
         self._cells = _cells(grid)
         self._cell_data = [Packed(name, values) for name, values in cell_data.items()]

@@ -59,6 +59,10 @@ FLOWN = 10.0
 type Pairs = tuple[Floats, Ints, Ints]
 
 
+# a body, its functions, and a stage
+type Staged = tuple[Body, Levels, str]
+
+
 class Instant:
     """A solution for all bodies at an instant, read as a `Problem` is.
 
@@ -211,12 +215,7 @@ class ScaledRates:
         rate: One of the rates, of which what is linked is filled; None: `scaled` is.
     """
 
-    def __init__(
-        self,
-        system: BlockSystem,
-        fields: Sequence[tuple[Body, Levels, str]],
-        rate: str | None = None,
-    ) -> None:
+    def __init__(self, system: BlockSystem, fields: Sequence[Staged], rate: str | None) -> None:
         self._system = system
         # rates and what they fill; of these, where they are unknowns of this rank, and where others
         # link them

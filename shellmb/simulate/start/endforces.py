@@ -45,12 +45,16 @@ class EndForces(Instant):
 
     Args:
         problem: The problem whose steps are looked at.
+
+    Attributes:
+        velocity: Functions that hold the velocities by body, the nearest ones that constraints
+            allow.
     """
 
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem.model, problem.levels, "end")
         self._problem, bodies = problem, problem.model.bodies
-        self._velocity = {
+        self.velocity = {
             b.name: fem.Function(b.mixed.space, name=f"v_end_{b.name}") for b in bodies
         }
         self._samples: list[Sample] = []
@@ -62,10 +66,6 @@ class EndForces(Instant):
             # a guess of resultants and assumed strains; then that of the step before serves
             here, q = dofs_of(body, _stresses(body)), self.levels[body.name].q
             self.functions[body.name].x.array[here] = q.x.array[here]
-
-    def velocity(self, body: str) -> fem.Function:
-        """Function that holds a body's velocities, the nearest ones that constraints allow."""
-        return self._velocity[body]
 
     def solve(self, t: float, dt: float) -> None:
         """Take the state that was accepted last.
@@ -80,7 +80,7 @@ class EndForces(Instant):
         """
         begin = t - dt
         found = self._problem.projection.nearest(lambda f: end_velocity(f.value, begin, dt))
-        for name, velocity in self._velocity.items():
+        for name, velocity in self.velocity.items():
             velocity.x.array[:] = found[name]
         self.hold(lambda f: end_acceleration(f.value, begin, dt))
         for sample in self._samples:
@@ -92,7 +92,7 @@ class EndForces(Instant):
     def _field(self, body: Body) -> Field:
         """Equations of one body."""
         name, space = body.name, body.mixed.space
-        unknown, v, q = self.functions[name], self._velocity[name], self.levels[name].q
+        unknown, v, q = self.functions[name], self.velocity[name], self.levels[name].q
         dq = ufl.TestFunction(space)
         sample = Sample(
             q, Rates(v, v), body.loads(), ((1.0, 1.0),), fem.Constant(space.mesh, 0.0), 1.0
