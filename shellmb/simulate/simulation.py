@@ -84,10 +84,8 @@ def busy[T: Observer](observers: Iterable[T]) -> list[T]:
 
 def _acting(observers: Sequence[Observer], method: str) -> list[Observer]:
     """Observers with a method of their own: between two solutions each call takes its time."""
-    nothing, every = (
-        getattr(BaseObserver, method),
-        [(o, getattr(o, method)) for o in busy(observers)],
-    )
+    nothing = getattr(BaseObserver, method)
+    every = [(o, getattr(o, method)) for o in busy(observers)]
     return [o for o, own in every if getattr(own, "__func__", own) is not nothing]
 
 
