@@ -2,8 +2,7 @@
 
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import Watch
-from shellmb.diagnostics.between import Between
-from shellmb.diagnostics.contacts import Contacts, Lifting, Slipping, TouchingFaces
+from shellmb.diagnostics.contacts import Between, Contacts, Lifting, Slipping, TouchingFaces
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.wrinkled import Wrinkled

@@ -1,5 +1,7 @@
 """Displacements that are taken as small are not: of all bodies, or of some about their frames."""
 
+from typing import Any
+
 import numpy as np
 
 from shellmb.arrays import Floats
@@ -193,17 +195,12 @@ class ReducedBodies(_AboutFrames):
 
     def start(self, simulation: Simulation) -> None:
         """Find the bodies, how much each mode turns their directors at most, and its forces."""
-        model = simulation.model
-        self._bodies = [(data, ModalState(model, data)) for data in model.modal]
+        self._bodies: list[tuple[Any, ...]] = []
+        for data in simulation.model.modal:
+            most = np.sqrt(np.max(np.sum(data.slopes**2, axis=1), axis=0, initial=0.0))
+            forces = [(GeometricStiffness(m.body), m.states) for m in data.members.values()]
+            self._bodies.append((data, ModalState(simulation.model, data), most, forces))
         self.idle = not self._bodies
-        self._most = {
-            data.name: np.sqrt(np.max(np.sum(data.slopes**2, axis=1), axis=0, initial=0.0))
-            for data in model.modal
-        }
-        self._forces = {
-            data.name: [(GeometricStiffness(m.body), m.states) for m in data.members.values()]
-            for data in model.modal
-        }
 
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         (data,) = (data for data in simulation.model.modal if data.name == name)
@@ -216,16 +213,16 @@ class ReducedBodies(_AboutFrames):
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
         t = simulation.t
-        for data, state in self._bodies:
+        for data, state, most, forces in self._bodies:
             frame, eta = state.now(simulation)
-            found = [force.of(states @ eta) for force, states in self._forces[data.name]]
+            found = [force.of(states @ eta) for force, states in forces]
             energy = float(data.stiffness @ eta**2) / 2
             self._energies(data.name, np.sum(found, axis=0), energy, eta, t)
-            for force, states in self._forces[data.name] if self._counted(simulation) else ():
+            for force, states in forces if self._counted(simulation) else ():
                 self._note(f"compression {data.name}", force.compression(states @ eta), t)
             turns = f"turns {data.name}"
             # only what may be larger is looked at node by node
-            if float(np.abs(eta) @ self._most[data.name]) > max(self._noted(turns)[0], SMALL_ANGLE):
+            if float(np.abs(eta) @ most) > max(self._noted(turns)[0], SMALL_ANGLE):
                 turned = np.sum((data.slopes @ eta) ** 2, axis=1)
                 self._note(turns, float(np.sqrt(np.max(turned, initial=0.0))), t)
             if "v" in simulation.scheme.rates:
@@ -247,17 +244,13 @@ class LinearBodies(_AboutFrames):
 
     def start(self, simulation: Simulation) -> None:
         """Find the bodies and their directors."""
-        meshed, state = simulation.model.meshed.values(), simulation.problem.state
-        comm = simulation.model.comm
-        self._bodies = [(body, body.node_directors()) for body in meshed if body.ties]
+        self._bodies: list[tuple[Any, ...]] = []
+        for body in simulation.model.meshed.values():
+            if body.ties:
+                form = strain_energy(body, simulation.problem.state(body.name))
+                energy = functionals([present([form])], simulation.model.comm)
+                self._bodies.append((body, body.node_directors(), GeometricStiffness(body), energy))
         self.idle = not self._bodies
-        self._forces = [
-            (
-                GeometricStiffness(body),
-                functionals([present([strain_energy(body, state(body.name))])], comm),
-            )
-            for body, _ in self._bodies
-        ]
 
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         body = simulation.model.meshed[name]
@@ -271,7 +264,7 @@ class LinearBodies(_AboutFrames):
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
         t = simulation.t
-        for (body, D), (left, energy) in zip(self._bodies, self._forces, strict=True):
+        for body, D, left, energy in self._bodies:
             levels, (tie,) = simulation.problem.levels[body.name], body.ties
             q = levels.q.x.array
             change = tie.changes(q)
@@ -287,7 +280,7 @@ class LinearBodies(_AboutFrames):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that bends, is pressed or spins too much; collective."""
-        for body, _ in self._bodies:
+        for body, *_ in self._bodies:
             yield from self._bent(simulation, body.name)
             spin, _ = self._worst(simulation, f"spins {body.name}")
             # a cantilever of its length is softer than it is

@@ -77,6 +77,7 @@ TOUCHING = (
     "elements the number of directions is another one then"
 )
 
+ODD = "an odd number of directions (loads follow the bodies: flutter is not seen here)"
 WRINKLING = (
     "where a wrinkling section keeps compression, these may be its wrinkles, which are in its "
     "energy already; `shellmb modes --loaded` shows the directions"
@@ -138,9 +139,15 @@ class Unstable(Watch):
         factor = f"t = {t:g} (load factor {simulation.problem.start_factor(t, None):g})"
         count = now.unstable or 0
         if count:
+            where = f"{count} direction{'' if count == 1 else 's'}"
+            if not now.symmetric:
+                # the sign of a determinant
+                where = ODD
+            if self._first is not None and self._first[1] < t:
+                where += f", as those from t = {self._first[1]:g} on"
             says = (
-                f"the equilibrium at the end, {factor}, is unstable in {_directions(now)}"
-                f"{self._since(t)}: the structure does not stay in it; {self._remedies}"
+                f"the equilibrium at the end, {factor}, is unstable in {where}: the structure does "
+                f"not stay in it; {self._remedies}"
             )
             yield self.caution(None, float(count), 0.0, says)
         elif self._first is not None:
@@ -150,16 +157,3 @@ class Unstable(Watch):
                 f"{factor}: {self._remedies}"
             )
             yield self.caution(None, float(self._most), 0.0, says)
-
-    def _since(self, t: float) -> str:
-        if self._first is None or self._first[1] >= t:
-            return ""
-        return f", as those from t = {self._first[1]:g} on"
-
-
-def _directions(found: StabilityState) -> str:
-    """Number of directions, in words."""
-    if not found.symmetric:
-        # the sign of a determinant
-        return "an odd number of directions (loads follow the bodies: flutter is not seen here)"
-    return f"{found.unstable} direction{'' if found.unstable == 1 else 's'}"

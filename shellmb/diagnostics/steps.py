@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Cautions, Watch, remedies, said_of
+from shellmb.diagnostics.base import Cautions, RunWarning, Watch, remedies, said_of
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.joints.coordinates import COLUMN
 from shellmb.model.massless import LawValues
@@ -104,7 +104,8 @@ class StepErrors(Watch):
                 f"{wanted:g}; {why}"
             )
             yield self.caution(None, size.worst, wanted, says)
-        yield from self._added(simulation, size)
+        if size.total > ADDED * wanted:
+            yield self._added(simulation, size, wanted)
         reach, _ = self._worst(simulation, self.name)
         if simulation.step and reach < KNOWN * wanted:
             says = (
@@ -114,11 +115,8 @@ class StepErrors(Watch):
             )
             yield self.caution(None, reach, KNOWN * wanted, says)
 
-    def _added(self, simulation: Simulation, size: ErrorSize) -> Cautions:
+    def _added(self, simulation: Simulation, size: ErrorSize, allowed: float) -> RunWarning:
         """The step error is for each radian of the motion: what that makes of all of it."""
-        allowed = size.settings.step_error
-        if allowed is None or size.total <= ADDED * allowed:
-            return
         found, scheme = size.total, simulation.scheme
         slows = scheme.rotations.slows
         behind = (
@@ -135,7 +133,7 @@ class StepErrors(Watch):
             f"bodies{behind}: step_error={allowed:g} is for {radians} of motion; for "
             f"errors of {allowed:g} in all use one of {wanted}"
         )
-        yield self.caution(None, found, ADDED * allowed, says)
+        return self.caution(None, found, ADDED * allowed, says)
 
 
 class LargeTurns(Watch):

@@ -16,13 +16,15 @@ TURNS = 0.8
 STEPS = 50
 # part of the largest force, or torque: below is round-off
 NOTHING = 1e-9
+# part of a force: a component below it, as friction that is a thousandth of the pressure, is none
+SLIGHT = 1e-3
 
 # relative change of an unknown by round-off alone that is said: six digits are enough
 KNOWN = 1e-6
 
 
 class Alternating(Watch):
-    """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
+    """Looks at the end of a run at forces of joints, contacts, drivers and force elements.
 
     They are means over a step; velocities of EP violate constraints a little, by what changes its
     sign from step to step, and with them the means of joints and drivers. With `end_forces` there
@@ -74,21 +76,26 @@ class Alternating(Watch):
         others = () if beside is None else _units(rows, beside)
         means = {_bare(names[0]): names for unit in others for names in unit}
         for unit in _units(rows, ending):
-            series = {names[0]: _series(rows, names) for names in unit}
-            sizes = {name: _size(f) for name, f in series.items()}
-            least = NOTHING * max(sizes.values(), default=0.0)
-            for name, f in series.items():
-                if sizes[name] <= least:
+            series = [(names, _series(rows, names)) for names in unit]
+            least = NOTHING * max((_size(f) for _, f in series), default=0.0)
+            for names, f in series:
+                if _size(f) <= least:
                     continue
-                if beside is None:
-                    found.append((_share(f), name))
-                elif _bare(name) in means:
-                    found.append((_apart(f, _series(rows, means[_bare(name)])), name))
-        alternate = [(share, name) for share, name in found if share > SHARE]
+                whole = _bare(names[0])
+                owner = re.sub(r"\.F[1x]$", "", whole)
+                if beside is not None:
+                    mean = means.get(whole)
+                    found.append((0.0 if mean is None else _apart(f, _series(rows, mean)), owner))
+                elif f"{owner}.friction" in rows[0]:
+                    # whichever way the contact faces
+                    found.append((_share(_by_changes(f))[0], owner))
+                else:
+                    share, worst = _share(f)
+                    found.append((share, _bare([*names, owner][worst])))
+        alternate = [(share, what) for share, what in found if share > SHARE]
         if not alternate:
             return
-        share, column = max(alternate)
-        what = re.sub(r"\.F[1x]$", "", _bare(column))
+        share, what = max(alternate)
         more = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
         said = f"the force of '{what}'{more} {says.format(share=share)}"
         yield self.caution(None, share, SHARE, said)
@@ -99,22 +106,18 @@ def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:
     known = rows[0]
     names = [n.removesuffix(ending) for n in known if n.endswith(ending)]
     if ending == "_mean":
-        # of force elements and supports there is one mean only
-        names += [n for n in known if f"{n}_end" in known and f"{n}_mean" not in known]
+        # of force elements, supports and contacts there is one mean only
+        names += [n for n in known if f"{n}_mean" not in known]
 
     def column(name: str) -> str:
         return f"{name}{ending}" if f"{name}{ending}" in known else name
 
-    axes = ("F1", "F2", "F3"), ("Fx", "Fy", "Fz")
-    owners = dict.fromkeys(n[:-3] for n in names if n.endswith((".F1", ".Fx")))
-    vectors = [
-        [column(f"{owner}.{part}") for part in parts]
-        for owner in owners
-        for parts in axes
-        if column(f"{owner}.{parts[0]}") in known
-    ]
-    forces = [[column(n)] for n in names if n.endswith("force")]
-    return [vectors + forces, [[column(n)] for n in names if n.endswith("torque")]]
+    axes = {".F1": "123", ".Fx": "xyz"}
+    vectors = ((column(n[:-1] + k) for k in axes[n[-3:]]) for n in names if n[-3:] in axes)
+    # of a controller that reads one of them there is no other
+    forces = [[c for c in vector if c in known] for vector in vectors]
+    forces += [[column(n)] for n in names if n.endswith("force")]
+    return [forces, [[column(n)] for n in names if n.endswith("torque")]]
 
 
 def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:
@@ -136,17 +139,37 @@ def _apart(ends: Floats, means: Floats) -> float:
     return float(np.median(np.linalg.norm(difference, axis=1))) / max(_size(means), 1e-300)
 
 
+def _sizes(f: Floats) -> Floats:
+    """Sizes of the components: roots of the mean squares over the steps."""
+    return np.asarray(np.sqrt(np.mean(f**2, axis=0))) if len(f) else np.zeros(f.shape[1])
+
+
 def _size(f: Floats) -> float:
-    return float(np.sqrt(np.mean(np.sum(f**2, axis=1)))) if len(f) else 0.0
+    return float(np.linalg.norm(_sizes(f)))
 
 
-def _share(f: Floats) -> float:
-    """Ratio of what alternates to what does not; 0 where too few steps reverse those before."""
+def _share(f: Floats) -> tuple[float, int]:
+    """Largest ratio of what alternates to what does not, and in which component; 0 without one.
+
+    Components are compared with themselves: friction beside the pressure of a contact is small.
+    Those count of which most steps reverse those before, and which are more than `SLIGHT`; behind
+    them comes the force as a whole.
+    """
+    if len(f) <= STEPS:
+        return 0.0, 0
     change = np.diff(f, axis=0)
-    if len(f) <= STEPS or np.mean(np.sum(change[1:] * change[:-1], axis=1) < 0) < TURNS:
-        return 0.0
-    mean = _size(f[2:] + 2 * f[1:-1] + f[:-2])
-    return _size(f[2:] - 2 * f[1:-1] + f[:-2]) / max(mean, 1e-300)
+    products = change[1:] * change[:-1]
+    turns = np.mean(np.column_stack([products, products.sum(axis=1)]) < 0, axis=0)
+    parts = f, f[2:] - 2 * f[1:-1] + f[:-2], f[2:] + 2 * f[1:-1] + f[:-2]
+    sizes, swings, means = (np.append(s, np.linalg.norm(s)) for s in map(_sizes, parts))
+    counts = (turns >= TURNS) & (sizes > SLIGHT * sizes[-1])
+    shares = np.where(counts, swings / np.maximum(means, 1e-300), 0.0)
+    return float(shares.max()), int(shares.argmax())
+
+
+def _by_changes(f: Floats) -> Floats:
+    """A force by its components along the axes in which it changes: friction, and pressure."""
+    return np.asarray(f @ np.linalg.svd(f[2:] - 2 * f[1:-1] + f[:-2], full_matrices=False)[2].T)
 
 
 class Undetermined(Watch):

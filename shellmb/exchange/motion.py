@@ -4,7 +4,6 @@ import math
 from collections import UserDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from numbers import Real
 from typing import Any
 
@@ -14,9 +13,9 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.observers.account.energy import present, work_forms
-from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.deferred import DeferredObserver
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
-from shellmb.observers.history import Measuring, check_columns
+from shellmb.observers.history import check_columns
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.control.signals import Input, inputs_of, named_inputs
@@ -24,7 +23,7 @@ from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.simulate.stepping import Arrays, StepInfo
-from shellmb.simulate.target_times import Count, near
+from shellmb.simulate.stepsize import Count, near
 from shellmb.system.assembly.functionals import functionals
 from shellmb.system.direct.solver import Factors
 
@@ -159,7 +158,7 @@ class SceneMotion:
         self._observers = observers
         for observer in observers:
             observer.start(self.simulation)
-        check_columns(o for o in self._observers if isinstance(o, Measuring))
+        check_columns(self._observers)
         # what controllers read at the start is saved with the first state
         self.simulation.control.attach(self.simulation, self._observers)
 
@@ -180,8 +179,7 @@ class SceneMotion:
             return Outputs(self._columns)
         found = Outputs(t=self.time)
         for observer in self._observers:
-            if isinstance(observer, Measuring):
-                found |= {name: float(value) for name, value in observer.measure().items()}
+            found |= {name: float(value) for name, value in observer.measure().items()}
         return found
 
     def nodes(self, body: str) -> NodalValues:
@@ -258,7 +256,7 @@ class SceneMotion:
             "count": self._count.state(),
             "observers": [o.state() for o in observers],
             "marks": [o.mark if isinstance(o, DeferredObserver) else None for o in observers],
-            "last": None if simulation.last is None else asdict(simulation.last),
+            "last": None if simulation.last is None else simulation.last._asdict(),
             "inputs": dict(self._last),
             "lines": [one.line for one in self._places],
             "factors": None if factors is None else factors.value,

@@ -20,7 +20,7 @@ from shellmb.exchange.motion import SceneMotion
 from shellmb.files.writing import as_list
 from shellmb.running.loader import load, scene_of
 from shellmb.scene.control.signals import inputs_of
-from shellmb.simulate.target_times import near
+from shellmb.simulate.stepsize import near
 
 # packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}

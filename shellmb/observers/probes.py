@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice, pairwise
 from typing import Any, NamedTuple
@@ -14,13 +13,7 @@ import numpy as np
 from shellmb.arrays import Floats, Int32s
 from shellmb.model.locations.nodes import is_point, local_nodes, local_point, surrounding
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import (
-    STEPS,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    StepValues,
-)
+from shellmb.observers.deferred import STEPS, DeferredObserver, Row, SharedTable, StepValues
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
 from shellmb.observers.fields.nodal import Nodes, rotation_vectors, state
 from shellmb.observers.fields.resultants import Resultants
@@ -152,8 +145,7 @@ class WholeTurns(Restartable):
         return np.asarray(vector + TURN * round(float(axis @ counted - size) / TURN) * axis)
 
 
-@dataclass(frozen=True)
-class Spot:
+class Spot(NamedTuple):
     """A point of a body: values at its nodes on this rank times weights add up to those there.
 
     Args:
@@ -237,8 +229,7 @@ def linear(spot: Spot) -> tuple[Int32s, Floats]:
     return dofs.reshape(-1, 3), shares.reshape(size, count * size)
 
 
-@dataclass(frozen=True)
-class _Recorded:
+class _Recorded(NamedTuple):
     """A probe as it is read.
 
     Args:

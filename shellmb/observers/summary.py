@@ -5,10 +5,9 @@ import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,9 +17,8 @@ from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
-from shellmb.observers.columns import step_control
 from shellmb.observers.fields.reserves import Reserves
-from shellmb.observers.history import History
+from shellmb.observers.history import History, step_control
 from shellmb.simulate.simulation import Simulation
 
 # points of the series that is kept
@@ -30,8 +28,7 @@ JUMP_UNIT = "1: jump of positions over the size of the body, jump of directors (
 PACKAGES = {"dolfinx": "dolfinx-solver-real", "ufl": "fenics-ufl", "ffcx": "fenics-ffcx"}
 
 
-@dataclass(frozen=True)
-class Sources:
+class Sources(NamedTuple):
     """The observers that know what a summary says."""
 
     energy: EnergyAccount
@@ -98,8 +95,7 @@ def versions() -> dict[str, str]:
     from petsc4py import PETSc
 
     found = {"shellmb": __version__, "python": platform.python_version(), "numpy": np.__version__}
-    for name, package in PACKAGES.items():
-        found[name] = importlib.metadata.version(package)
+    found |= {name: importlib.metadata.version(package) for name, package in PACKAGES.items()}
     found["petsc"] = ".".join(map(str, PETSc.Sys.getVersion()))
     return found
 

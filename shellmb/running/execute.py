@@ -31,9 +31,9 @@ from shellmb.errors import (
 from shellmb.files.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
-from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import OBSERVED, Saved
 from shellmb.observers.files.described import describe
+from shellmb.observers.history import points_and_events
 from shellmb.observers.summary import summarise, write_json
 from shellmb.restart import below, with_arrays
 from shellmb.running.directory import claimed, written

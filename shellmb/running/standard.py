@@ -14,19 +14,19 @@ from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
-from shellmb.observers.columns import (
+from shellmb.observers.fields.reserves import Reserves
+from shellmb.observers.files.checkpoint import Checkpoint
+from shellmb.observers.forces.endforces import BlowColumns, EndForceColumns
+from shellmb.observers.forces.joints import JointForces
+from shellmb.observers.forces.reactions import ContactForces
+from shellmb.observers.history import (
+    History,
     StateColumns,
     control_columns,
     error_columns,
     path_columns,
     volume_columns,
 )
-from shellmb.observers.fields.reserves import Reserves
-from shellmb.observers.files.checkpoint import Checkpoint
-from shellmb.observers.forces.endforces import BlowColumns, EndForceColumns
-from shellmb.observers.forces.impulse import ContactForces
-from shellmb.observers.forces.joints import JointForces
-from shellmb.observers.history import History, Measuring
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
@@ -104,8 +104,8 @@ class StandardObservers:
         if not accounts:
             self.named = {name: self.named[name] for name in BARE}
         self.named |= {f"observer {k}": o for k, o in enumerate(others)}
-        measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
-        history = History(measuring, None if directory is None else directory / HISTORY)
+        path = None if directory is None else directory / HISTORY
+        history = History([*self.named.values()], path)
         self.named["history"] = history
         self.sources = Sources(energy, momentum, constraints, history, rotations, reserves)
         # behind the observers that they ask

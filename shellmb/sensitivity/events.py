@@ -30,8 +30,7 @@ from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize import LEAST
-from shellmb.simulate.target_times import near
+from shellmb.simulate.stepsize import LEAST, near
 
 # scenes at both sides of a parameter
 type Sides = tuple[PerturbedRun, PerturbedRun]

@@ -99,7 +99,7 @@ class PathTangents(Tangents):
         if path.turned:
             self._differentiate_limit(simulation, u)
         if path.bifurcation is not None:
-            self._null = path.null_vector()
+            self._null = path.branches.null_vector()
         self._linearise(simulation, u, path.ahead.factor)
         super().solved(simulation)
 
@@ -159,7 +159,7 @@ class PathTangents(Tangents):
         u_start, d_start = _between(pair)
         above, below = (_path(side.simulation) for side in pair.sides)
         normal, tilt = path.normal, 0.5 * (above.normal - below.normal)
-        held, size = path.on_level or self._holds(ahead), path.size_of
+        held, size = path.on_level or self._holds(ahead), path.branches.size_of
         # derivatives smaller than this are round-off of displacements
         least = STEP * size(u)
         assert simulation.last is not None

@@ -5,7 +5,6 @@ simulation.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, unsaid
-from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import Checkpoint, Saved
 from shellmb.observers.files.described import describe
+from shellmb.observers.history import points_and_events
 from shellmb.observers.summary import summarise
 from shellmb.running.execute import RunResult, take_up
 from shellmb.running.results import measured, write_summary
@@ -27,7 +26,7 @@ from shellmb.running.standard import STATE, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.simulate.simulation import Observer, Simulation, busy
-from shellmb.simulate.stepping import Attempt, StepInfo
+from shellmb.simulate.stepping import StepInfo
 from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
 
 # observers that say how to go on with a run
@@ -196,7 +195,7 @@ class PerturbedRun:
         """
         moved = self.since != 0.0 or self.until != 0.0
         self.simulation.last = (
-            replace(step, t=step.t + self.since, dt=self._length) if moved else step
+            step._replace(t=step.t + self.since, dt=self._length) if moved else step
         )
         for observer in self.observers:
             observer.solved(self.simulation)
@@ -208,7 +207,7 @@ class PerturbedRun:
     def margins(self) -> Floats:
         """Margins of all events at the end of the step that the fields hold; collective."""
         own = self.simulation
-        return own.control.margins(own.t, Attempt(0, self._length))
+        return own.control.margins(own.t, StepInfo(own.t, self._length, 0))
 
     def accepted(self, run: Simulation) -> None:
         """Go with the run, whose step is accepted."""
@@ -218,7 +217,7 @@ class PerturbedRun:
         own.t, own.t_end = run.t + self.until, run.t_end + self.until
         self.since = self.until
         own.problem.arrive(own.t)
-        own.control.follow(run.control)
+        own.control.crossed = list(run.control.crossed)
         own.control.accept(self._length, own.t)
         for observer in self.observers:
             observer.accepted(own)

@@ -5,8 +5,7 @@ resultants and constraint forces of the linear static solution, with the load st
 that follow. Displacements before buckling do not count, as in the classical theory.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -33,8 +32,7 @@ MORE, TRIES = 2, 4
 INFINITE = 1e8
 
 
-@dataclass(frozen=True)
-class BucklingFactors:
+class BucklingFactors(NamedTuple):
     """Load factors of linear buckling.
 
     Args:
@@ -94,7 +92,10 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)
     state.run()
-    arrays = _forces(model, state.arrays())
+    # resultants and multipliers, in the reference configuration
+    arrays = state.arrays()
+    for each in model.bodies:
+        arrays[f"{each.name}/q"][kinematic_dofs(each)] = 0.0
     end, t = state.problem.start_factor, state.t
     system, stiffness, _ = tangent(model)
     K = system.symmetric_matrix(stiffness, 1.0)
@@ -128,13 +129,3 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         system,
         model,
     )
-
-
-def _forces(model: Model, arrays: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Resultants and multipliers of a state, in the reference configuration."""
-    found = {}
-    for body in model.bodies:
-        q = arrays[f"{body.name}/q"].copy()
-        q[kinematic_dofs(body)] = 0.0
-        found[f"{body.name}/q"] = q
-    return found

@@ -1,7 +1,7 @@
 """The lowest eigenvalues of a model's stiffness and mass, and the stability of its states."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from petsc4py import PETSc
 
@@ -40,8 +40,7 @@ COMPLEX = 1e-6
 FARTHEST, FARTHER, AT_ONCE, SAME = 1e4, 20.0, 4, 1e-6
 
 
-@dataclass(frozen=True)
-class StabilityState:
+class StabilityState(NamedTuple):
     """Properties of a state.
 
     Args:
@@ -90,9 +89,8 @@ class Stability:
             known = negative is not None and negative >= self._constraints
             return StabilityState(negative - self._constraints if known else None, True)  # type: ignore
         odd = self._inertia.odd()
-        return StabilityState(
-            1 if odd is not None and odd != self._constraints % 2 else None, False
-        )
+        unstable = 1 if odd is not None and odd != self._constraints % 2 else None
+        return StabilityState(unstable, False)
 
     def apply_inverse(self, b: Floats) -> Floats:
         """Displacement by forces of the state last examined, whose matrix must be symmetric.
@@ -123,14 +121,12 @@ def _constraints(model: Model, system: BlockSystem) -> int:
     marks: Bools = np.zeros(n.owned, dtype=bool)
     for k, body in enumerate(model.bodies):
         for part in CONSTRAINTS:
-            numbers = n.by_field[k][body.mixed.dofs.get(part, NONE)] - n.start
-            marks[numbers[(numbers >= 0) & (numbers < n.owned)]] = True
+            marks[n.own(k, body.mixed.dofs.get(part, NONE))] = True
     marks[system.fixed] = False
     return int(system.comm.allreduce(int(np.sum(marks))))
 
 
-@dataclass(frozen=True)
-class Lowest:
+class Lowest(NamedTuple):
     """Eigenvalues and vectors, those of rigid motions first, then by their real parts.
 
     Args:

@@ -31,7 +31,7 @@ from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Pairs, Predictor
 from shellmb.simulate.start.consistent import Arrays, ScaledRates, VelocityProjection, flight
-from shellmb.simulate.target_times import rounded
+from shellmb.simulate.stepsize import rounded
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
     DependentFunctions,
@@ -98,7 +98,9 @@ class Problem:
         self._bodies = {b.name: b for b in model.bodies}
         # bodies and stages whose given values do not change in time, and are in place
         self._still = set[tuple[str, str]]()
-        self._moving = {b.name: self._marked(b) for b in model.bodies}
+        # the kinematic ones among the local dofs
+        dofs = {name: np.arange(len(levels.q.x.array)) for name, levels in self.levels.items()}
+        self._moving = {b.name: np.isin(dofs[b.name], kinematic_dofs(b)) for b in model.bodies}
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self._tangents = {b.name: b.manifold.tangent_values for b in model.bodies}
         self._arrays = {name: Arrays(levels) for name, levels in self.levels.items()}
@@ -118,12 +120,6 @@ class Problem:
         reduction = Reduction if solver.solve == "reduced" and is_native() else None
         self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
-
-    def _marked(self, body: Body) -> Bools:
-        """Mark the kinematic dofs among the local ones of a body."""
-        marked = np.zeros(len(self.levels[body.name].q.x.array), dtype=bool)
-        marked[kinematic_dofs(body)] = True
-        return marked
 
     def _couplings(self) -> list[FacesCoupling]:
         """Contacts with faces of shells, by the pieces of the scheme's steps."""

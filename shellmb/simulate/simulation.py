@@ -29,11 +29,10 @@ from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.scene_copy import SceneCopy
-from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
-from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
-from shellmb.simulate.stepsize import ErrorSize, LoadSize, StepSize
-from shellmb.simulate.target_times import Count, Landing, near
+from shellmb.simulate.start.stored import numbering, spread
+from shellmb.simulate.stepping import Arrays, DroppedConstraints, StepInfo, TimeSteps
+from shellmb.simulate.stepsize import Count, ErrorSize, Landing, LoadSize, StepSize, near
 from shellmb.stopping import failing_together
 
 # what names of saved arrays of steps before the last one begin with
@@ -70,28 +69,12 @@ class BaseObserver(Restartable):
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last step, or after the failure `error`."""
 
+    def measure(self) -> dict[str, float]:
+        """Columns of the history now, known and equal on all ranks; the same names at all times."""
+        return {}
+
 
 Observer = BaseObserver
-
-
-class _Called:
-    """Observers by what they do in a step: between two solutions each call takes its time.
-
-    Args:
-        observers: All of them, which have started.
-
-    Attributes:
-        observers: They, as they were given.
-        count: Their number.
-        solved: Those that take a step that is solved.
-        accepted: Those that take a state that is accepted.
-    """
-
-    def __init__(self, observers: Sequence[Observer]) -> None:
-        self.observers, self.count = observers, len(observers)
-        acting = busy(observers)
-        self.solved = [o for o in acting if _of(o.solved) is not BaseObserver.solved]
-        self.accepted = [o for o in acting if _of(o.accepted) is not BaseObserver.accepted]
 
 
 def busy[T: Observer](observers: Iterable[T]) -> list[T]:
@@ -99,8 +82,11 @@ def busy[T: Observer](observers: Iterable[T]) -> list[T]:
     return [observer for observer in observers if not getattr(observer, "idle", False)]
 
 
-def _of(method: Any) -> Any:
-    return getattr(method, "__func__", method)
+def _acting(observers: Sequence[Observer], method: str) -> list[Observer]:
+    """Observers with a method of their own: between two solutions each call takes its time."""
+    nothing = getattr(BaseObserver, method)
+    every = [(o, getattr(o, method)) for o in busy(observers)]
+    return [o for o, own in every if getattr(own, "__func__", own) is not nothing]
 
 
 class Simulation(Restartable):
@@ -176,7 +162,7 @@ class Simulation(Restartable):
         self.landing = Landing(scene, self.model.mechanism.switches.events)
         self.control = Control(scene, self.model.signals)
         self.control.go_on(self.problem.controlled)
-        self._calls = _Called(())
+        self._find_acting(())
         self.setup_seconds = now() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
 
@@ -206,7 +192,7 @@ class Simulation(Restartable):
         with uncollected(), taken_once():
             for observer in observers:
                 observer.start(self)
-        self._calls = _Called(observers)
+        self._find_acting(observers)
         begin = now()
         before = self.step_seconds
         try:
@@ -249,15 +235,13 @@ class Simulation(Restartable):
         while True:
             dt, end = self.landing.step(self.t, self.t_end, self.control.next, self.size)
             try:
-                attempt = self.stepping.attempt(self.t, dt)
-                jump, measured = self._measured(attempt)
-                wrong = self.size.too_large(measured, attempt.dt)
-                if wrong and self.size.reject(attempt.dt, measured):
+                attempt = self.stepping.attempt(self.t, dt)._replace(jump=self._jump())
+                wrong = self.size.too_large(attempt.measured, attempt.dt)
+                if wrong and self.size.reject(attempt.dt, attempt.measured):
                     continue
                 located = self.control.locate(self, attempt, end is not None and attempt.dt == dt)
                 if located is not attempt:
-                    attempt = located
-                    jump, measured = self._measured(attempt)
+                    attempt = located._replace(jump=self._jump())
             except ConvergenceError as error:
                 if self.size.reject(dt) or (self.scheme.dynamic and self.size.lengthen()):
                     continue
@@ -267,9 +251,10 @@ class Simulation(Restartable):
                 dt, end = attempt.dt, None
             break
         self.dropped.check(self.t)
-        self.last = StepInfo(self.t, dt, attempt.iterations, jump, attempt.error)
-        called = self._called(observers)
-        for observer in called.solved:
+        self.last = attempt
+        if self._given[0] is not observers or self._given[1] != len(observers):
+            self._find_acting(observers)
+        for observer in self._solved:
             observer.solved(self)
         self.stepping.accept(dt)
         self.t = self._count.after(self.t, dt) if end is None else end
@@ -279,15 +264,14 @@ class Simulation(Restartable):
             self.t_end = self.t
         self.step += 1
         self.iterations += attempt.iterations
-        self.size.accept(measured, dt)
-        for observer in called.accepted:
+        self.size.accept(attempt.measured, dt)
+        for observer in self._accepted:
             observer.accepted(self)
 
-    def _called(self, observers: Sequence[Observer]) -> _Called:
-        """Observers that have something to do in steps, found once."""
-        if self._calls.observers is not observers or self._calls.count != len(observers):
-            self._calls = _Called(observers)
-        return self._calls
+    def _find_acting(self, observers: Sequence[Observer]) -> None:
+        """Find the observers that have something to do in steps, of those that have started."""
+        self._given = observers, len(observers)
+        self._solved, self._accepted = (_acting(observers, k) for k in ("solved", "accepted"))
 
     def begin_step(self, observers: Sequence[Observer] = ()) -> None:
         """Ask controllers, and switch what begins or ends to act at the current time.
@@ -322,11 +306,6 @@ class Simulation(Restartable):
             "line), where its motion is not unique; choose dt or the start so that no step ends "
             f"there ({failed})"
         )
-
-    def _measured(self, attempt: Attempt) -> tuple[float | None, float | None]:
-        """Jump of a step, and what the size of steps follows: that, or its error."""
-        jump = self._jump()
-        return jump, jump if attempt.error is None else attempt.error
 
     def _jump(self) -> float | None:
         """Largest jump of a kinematic part between the start of the step and the jump stage."""

@@ -1,11 +1,20 @@
-"""Size of the time step: halved where Newton fails, and grown back; or by its jump or error."""
+"""Size of the time step: halved where Newton fails, and grown back; or by its jump or error.
+
+Times of equal steps are counted, and some end exactly where they must: at times of locks, corners
+of loads and motions, samples of controllers, the end, and what a user names.
+"""
 
 import math
-from dataclasses import dataclass, field
+import sys
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 from shellmb.restart import Restartable
-from shellmb.scene import StepControl
+from shellmb.scene import Scene, StepControl
+from shellmb.scene.checks.schemes import corners
 
 # no step is shorter than that, in steps: round-off of positions over its square is one of forces
 LEAST = 1e-3
@@ -81,6 +90,10 @@ class StepSize(Restartable):
         self.dt = max(self.settings.shrink * dt, self.smallest)
         return not self._lengthened or self.dt > floor * (1 + 1e-9)
 
+    def _within(self, dt: float) -> float:
+        """A step, or the smallest or the largest one, s."""
+        return min(max(dt, self.smallest), self.largest)
+
     def failed(self, dt: float) -> str:
         """The step that failed last, s, and the shortest one that did from this state, in words."""
         shorter = f", and those down to {self._shortest:g}" if self._shortest < dt else ""
@@ -108,18 +121,17 @@ class StepSize(Restartable):
         """
         self.good += 1
         self._tried, self._lengthened, self._shortest = 0.0, False, math.inf
-        if self.settings.jump_tolerance is not None and measured is not None:
-            self._follow(measured)
+        tolerance = self.settings.jump_tolerance
+        if tolerance is not None and measured is not None:
+            factor = SAFETY * (tolerance / max(measured, 1e-300)) ** (1 / JUMP_ORDER)
+            self.dt = self._within(self._moderate(factor) * self.dt)
         elif self.good >= self.settings.patience and self.dt < self.largest:
             self.dt = min(self.settings.growth * self.dt, self.largest)
             self.good = 0
 
-    def _follow(self, jump: float) -> None:
-        tolerance = self.settings.jump_tolerance
-        assert tolerance is not None
-        factor = SAFETY * (tolerance / max(jump, 1e-300)) ** (1 / JUMP_ORDER)
-        factor = min(self.settings.growth, max(self.settings.shrink, factor))
-        self.dt = min(max(factor * self.dt, self.smallest), self.largest)
+    def _moderate(self, factor: float) -> float:
+        """A factor on the step that neither grows nor shrinks it by more than it may."""
+        return min(self.settings.growth, max(self.settings.shrink, factor))
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
         """Decide whether a step must be repeated because of its jump; arguments as of `accept`."""
@@ -218,12 +230,6 @@ class ErrorSize(StepSize):
     order: int = 2
     noise: float = 0.0
     factor: float = 1.0
-    worst: float = field(default=0.0, init=False)
-    coarse: int = field(default=0, init=False)
-    shortest: float = field(default=math.inf, init=False)
-    longest: float = field(default=0.0, init=False)
-    total: float = field(default=0.0, init=False)
-    lag: float = field(default=0.0, init=False)
     remembered: ClassVar[tuple[str, ...]] = (*StepSize.remembered, *KEPT)
 
     def __post_init__(self) -> None:
@@ -231,8 +237,9 @@ class ErrorSize(StepSize):
         super().__post_init__()
         usual = (self.settings.step_error or USUAL) / USUAL
         self.dt = max(min(usual ** (1 / self.order), 1.0) * self.nominal, self.smallest)
-        self._before = AIM
-        self._after_rejection = False
+        self.worst = self.longest = self.total = self.lag = 0.0
+        self.coarse, self.shortest = 0, math.inf
+        self._before, self._after_rejection = AIM, False
 
     @property
     def largest(self) -> float:
@@ -295,4 +302,107 @@ class ErrorSize(StepSize):
             return
         factor = (AIM / ratio) ** (INTEGRAL / self.order)
         factor *= (before / ratio) ** (PROPORTIONAL / self.order)
-        self.dt = min(max(min(max(factor, LEAST_FACTOR), most) * dt, self.smallest), self.largest)
+        self.dt = self._within(min(max(factor, LEAST_FACTOR), most) * dt)
+
+
+# times that differ by this fraction of a step, or by so many spacings of floating-point numbers,
+# are one: somebody has computed or written them down with fewer digits
+NEAR, SPACINGS = 1e-6, 4
+
+
+def near(t: float, dt: float) -> float:
+    """Largest difference of times that are one, s.
+
+    Args:
+        t: Time, s.
+        dt: Length of steps there, s.
+    """
+    return NEAR * dt + SPACINGS * sys.float_info.epsilon * abs(t)
+
+
+@lru_cache
+def rounded(dt: float) -> float:
+    """A step without what round-off makes of steps of one length, s."""
+    return float(f"{dt:.12g}")
+
+
+@dataclass
+class Count(Restartable):
+    """Times of equal steps, `begin + steps dt`: round-off does not add up.
+
+    Args:
+        begin: Time of the first one's start, s.
+        dt: Their length, s.
+        steps: Their number so far.
+    """
+
+    begin: float = 0.0
+    dt: float = 0.0
+    steps: int = 0
+    remembered = ("begin", "dt", "steps")
+
+    def after(self, t: float, dt: float) -> float:
+        """Count a step; time at its end, s.
+
+        Args:
+            t: Its start, s; another time than that of the last step's end begins a new count.
+            dt: Its length, s; another one does, too.
+        """
+        if dt != self.dt or t != self.begin + self.steps * dt:
+            self.begin, self.dt, self.steps = t, dt, 0
+        self.steps += 1
+        return self.begin + self.steps * dt
+
+
+class Landing:
+    """The times of a run at which steps must end.
+
+    Corners count where steps follow their error: long ones could pass a whole load. Fixed steps are
+    the user's, and so is what they do at a corner.
+
+    Args:
+        scene: The scene.
+        events: Times at which something begins or ends to act, s.
+
+    Attributes:
+        times: All of them in their order, s.
+    """
+
+    def __init__(self, scene: Scene, events: Iterable[float]) -> None:
+        self._nominal = scene.dt
+        self._corners = tuple(corners(scene) if scene.step_control.step_error is not None else ())
+        self.times = tuple(sorted({*events, *scene.step_control.times, *self._corners}))
+
+    def step(
+        self, t: float, t_end: float, sample: float, size: StepSize
+    ) -> tuple[float, float | None]:
+        """Length of the next step, s, and the time that it lands on, s; None: on none.
+
+        Args:
+            t: Its start, s.
+            t_end: End of the run, s.
+            sample: Time of the next sample of controllers, s.
+            size: The step size.
+        """
+        end = min(self._after(t, (sample, t_end)), t_end)
+        remaining = end - t
+        if abs(remaining - size.dt) <= near(end, 0.0):
+            # of the same length to the last bit: its matrix is known
+            return size.dt, end
+        if remaining <= size.dt + near(end, size.dt):
+            return remaining, end
+        # two equal steps instead of one and a rest that is too short
+        return (remaining / 2 if remaining < (1 + size.least_rest) * size.dt else size.dt), None
+
+    def _after(self, t: float, others: Sequence[float]) -> float:
+        """The next of the times and of others, s; of several that are one the last."""
+        k = bisect_right(self.times, t + near(t, self._nominal))
+        first = min((*others, *self.times[k : k + 1]))
+        reach = first + near(first, self._nominal)
+        also = self.times[k : bisect_right(self.times, reach, k)]
+        return max([first, *also[-1:], *(time for time in others if time <= reach)])
+
+    def corner(self, t: float) -> bool:
+        """Decide whether forces or motions have a corner at a time [s] that steps landed on."""
+        off = near(t, self._nominal)
+        return any(abs(t - corner) <= off for corner in self._corners)

@@ -24,7 +24,7 @@ from shellmb.scene import (
     Sensor,
     StepControl,
 )
-from shellmb.simulate.control.watching import turning_point
+from shellmb.simulate.control.items import turning_point
 
 X, ANGLE = Sensor("slide.translation"), Sensor("hinge.rotation")
 MASS = 2.0

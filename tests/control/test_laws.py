@@ -7,8 +7,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.scene import PID, Controller, Event, Lock, Motor, Sensor
-from shellmb.simulate.control.sampling import packed, unpacked
-from shellmb.simulate.control.watching import first_crossing
+from shellmb.simulate.control.items import first_crossing, packed, unpacked
 
 X = Sensor("slide.translation")
 

@@ -33,7 +33,7 @@ from shellmb.scene import (
     Sensor,
     Solver,
 )
-from shellmb.simulate.control.sampling import Sampler
+from shellmb.simulate.control.items import Sampler
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 ANGLE, X = Sensor("hinge.rotation"), Sensor("slide.translation")

@@ -16,11 +16,14 @@ from shellmb.observers.summary import Sources
 from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
+    Contact,
     Driver,
+    Gravity,
     InitialVelocity,
     JointSpring,
     JointStop,
     Output,
+    Plane,
     Prismatic,
     Revolute,
     RigidBody,
@@ -30,6 +33,7 @@ from shellmb.scene import (
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving
 from shellmb.simulate.simulation import Simulation
+from tests.mechanisms.test_rolling import DISC, Z, disc_scene, inclined
 
 SPEED, RISE = 4.0, 0.2
 
@@ -157,3 +161,66 @@ def test_ends_of_steps_on_a_stiff_spring(scheme: str, scale: float) -> None:
     assert np.abs(rows["spring.force_end"] - right).max() > w**2 * scale
     # without values at the ends of steps there is nothing to say
     assert not said(replace(scene, output=Output()))
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+def test_friction_of_a_disc_beside_its_weight(scheme: str) -> None:
+    """A disc that precesses steadily: along its way (F1) nothing holds it, as F3 does its weight.
+
+    What EP has there is a hundredth of the weight, of one sign and the other.
+    """
+    tilt, circle = 1.1, 0.5
+    rate, turn = DISC.rate(tilt, circle), 2 * math.pi / DISC.rate(tilt, circle)
+    spin = rate * np.array(Z) + DISC.spin(tilt, circle) * inclined(tilt)[:, 1]
+    found = said(disc_scene(tilt, spin, scheme, 0.0, turn / 80, turn))
+    if scheme == "ep":
+        (caution,) = found
+        assert caution.says.startswith("the force of 'contact.F1' alternates")
+        assert caution.value > 1
+    else:
+        assert not found
+
+
+@pytest.mark.parametrize(
+    ("speed", "tilt", "ends", "count"),
+    [(1e-3, 0.0, False, 1), (1e-3, 0.5, True, 1), (1e-6, 0.5, False, 0)],
+)
+def test_friction_of_a_block_beside_its_weight(
+    speed: float, tilt: float, ends: bool, count: int
+) -> None:
+    """A block that comes to rest, the faster the shorter the steps: EP reverses what slip is left.
+
+    Of a thousandth of the slip nothing is said: its friction is less than that part of the weight.
+    """
+    mass, gravity, stiffness, slow = 2.0, 9.81, 2e5, 1e-3
+    up, along = (math.sin(tilt), 0.0, math.cos(tilt)), (math.cos(tilt), 0.0, -math.sin(tilt))
+    scene = Scene(
+        "block",
+        rigid_bodies=RigidBody(
+            "block", mass, (0.01,) * 3, -mass * gravity / stiffness * np.array(up)
+        ),
+        loads=Gravity(tuple(-gravity * np.array(up))),
+        contacts=Contact(
+            "floor", Plane(normal=up), stiffness, friction=0.3, slip_speed=slow, preloaded=True
+        ),
+        initial=InitialVelocity(linear=tuple(speed * np.array(along))),
+        output=Output(end_forces=ends),
+        scheme="ep",
+        dt=5e-3,
+        t_end=0.5,
+    )
+    found = said(scene)
+    assert len(found) == count and all("'floor'" in c.says for c in found)
+
+
+def test_a_component_that_counts_is_compared_with_itself() -> None:
+    """Sums hide what alternates in one of them, from a thousandth of the whole on."""
+    for part, count in ((1.1e-3, 1), (0.9e-3, 0)):
+        rows = [{"hub.F1": part * (-1.0) ** k, "hub.F2": 0.0, "hub.F3": 1.0} for k in range(60)]
+        # what a controller reads of it
+        rows = [row | {"pid.hub.F3": row["hub.F3"], "pid.hub.F1": 1.0} for row in rows]
+        watch = Alternating(cast(Sources, SimpleNamespace(history=SimpleNamespace(rows=rows))))
+        scene = SimpleNamespace(output=SimpleNamespace(end_forces=False))
+        run = SimpleNamespace(scheme=EnergyPreserving(), scene=scene)
+        found = [*watch.cautions(cast(Simulation, run))]
+        assert [c.says.split("'")[1] for c in found] == ["hub.F1"] * count

@@ -22,7 +22,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.stepping import Attempt, TimeSteps
+from shellmb.simulate.stepping import StepInfo, TimeSteps
 from shellmb.simulate.stepsize import StepSize
 from tests.hard.conftest import RIGID
 
@@ -156,7 +156,7 @@ def test_change_points_of_a_parallelogram(scheme, alpha, dt, watch, worst) -> No
 def test_steps_pass_a_position_that_none_may_end_at(plate, watch, monkeypatch) -> None:
     """Shorter steps only come nearer to it; a longer one is taken, and the run goes on."""
 
-    def attempt(steps: TimeSteps, t: float, dt: float) -> Attempt:
+    def attempt(steps: TimeSteps, t: float, dt: float) -> StepInfo:
         if 0.45 <= t + dt <= 0.5:
             raise ConvergenceError("singular")
         return original(steps, t, dt)
@@ -173,7 +173,7 @@ def test_steps_pass_a_position_that_none_may_end_at(plate, watch, monkeypatch) -
 def test_a_run_that_ends_at_a_change_point_says_so(last, named, monkeypatch) -> None:
     """Kind: some 2 % of runs that land on one to 1e-8 fail there, which round-off decides."""
 
-    def attempt(steps: TimeSteps, t: float, dt: float) -> Attempt:
+    def attempt(steps: TimeSteps, t: float, dt: float) -> StepInfo:
         if simulation.step >= last:
             raise ConvergenceError("no solution; try a smaller step")
         return original(steps, t, dt)

@@ -12,7 +12,7 @@ from dolfinx import fem, mesh
 
 from shellmb.native.assembler import assembled_by
 from shellmb.native.expressions import values_at_states
-from shellmb.observers.deferred_observer import StepValues
+from shellmb.observers.deferred import StepValues
 from shellmb.system.assembly.functionals import functionals
 
 # the same kernels on the same numbers; by DOLFINx in another order of operations

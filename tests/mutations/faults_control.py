@@ -27,7 +27,7 @@ FAULTS = (
     ),
     Fault(
         "a sampled law is asked at every step",
-        f"{CONTROL}/sampling.py",
+        f"{CONTROL}/items.py",
         "period is None or t >= self.next - ROUND_OFF * period",
         "period is None or t >= 0",
         (f"{CONTROLLED}::test_sampled_slider_is_exact",),
@@ -51,21 +51,21 @@ FAULTS = (
     ),
     Fault(
         "what went off goes on again at once",
-        f"{CONTROL}/watching.py",
+        f"{CONTROL}/items.py",
         "        self.armed = False\n",
         "        self.armed = True\n",
         (f"{EVENTS}::test_a_lock_that_lets_go",),
     ),
     Fault(
         "a turning point far below zero is looked at",
-        f"{CONTROL}/watching.py",
+        f"{CONTROL}/items.py",
         "top + (top - max(b, c)) / 4 >= 0",
         "top + (top - min(b, c)) / 4 >= 0",
         (f"{EVENTS}::test_a_turning_point_is_where_the_parabola_has_it",),
     ),
     Fault(
         "rows of steps that are taken back stay",
-        "shellmb/observers/deferred_observer.py",
+        "shellmb/observers/deferred.py",
         "del self._rows[rows:]",
         "del self._rows[rows + 1:]",
         (
@@ -132,14 +132,14 @@ FAULTS = (
     # times
     Fault(
         "times of steps are summed",
-        "shellmb/simulate/target_times.py",
+        "shellmb/simulate/stepsize.py",
         "return self.begin + self.steps * dt",
         "return t + dt",
         (f"{TIMES}::test_equal_steps_are_counted",),
     ),
     Fault(
         "a rest of a step is a step",
-        "shellmb/simulate/target_times.py",
+        "shellmb/simulate/stepsize.py",
         "(remaining / 2 if remaining < (1 + size.least_rest) * size.dt else size.dt)",
         "size.dt",
         (f"{TIMES}::test_a_rest_is_shared_where_it_is_short",),

@@ -8,9 +8,9 @@ LOSES = f"{RUBS}::test_what_rubs_loses_energy_and_no_momentum[0.002-ep-None]"
 FAULTS: tuple[Fault, ...] = (
     Fault(
         "friction of faces that drives what slides",
-        "shellmb/simulate/couplings/faces.py",
-        "return Force(total, opposite(pressed), found, mixed(of, a, b), (0, self._last), slots)",
-        "return Force(total, pressed, found, mixed(of, a, b), (0, self._last), slots)",
+        "shellmb/simulate/couplings/contact_forces.py",
+        "forces = [*forces, -normal] if self._rubs else forces",
+        "forces = [*forces, normal] if self._rubs else forces",
         (LOSES,),
     ),
     Fault(

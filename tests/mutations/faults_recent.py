@@ -136,7 +136,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a joint may turn by half a turn in a step",
-        "shellmb/simulate/rotation_per_step.py",
+        "shellmb/simulate/stepping.py",
         "if rate * dt >= math.pi:",
         "if rate * dt >= 9 * math.pi:",
         (f"{TURNS}::test_half_a_turn_a_step_is_cut[ep-0.0]",),

@@ -19,8 +19,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "earlier states of large systems are said to be unstable",
         "shellmb/diagnostics/statics.py",
-        "self._first[1] >= t:",
-        "self._first[1] > t:",
+        "self._first[1] < t:",
+        "self._first[1] <= t:",
         ("tests/simulate/test_stability.py::test_large_systems_are_looked_at_once",),
     ),
     Fault(
@@ -64,6 +64,16 @@ FAULTS: tuple[Fault, ...] = (
         "SHARE = 0.1",
         "SHARE = 0.4",
         (f"{BOUNDS}[alternation]",),
+    ),
+    Fault(
+        "friction that alternates beside a larger pressure is not said",
+        f"{WATCHES}/unknown_forces.py",
+        "SLIGHT = 1e-3",
+        "SLIGHT = 0.5",
+        (
+            "tests/diagnostics/test_alternating.py"
+            "::test_a_component_that_counts_is_compared_with_itself",
+        ),
     ),
     Fault(
         "steps may turn bodies by twice what the paper's schemes follow",
@@ -246,7 +256,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "an event that has gone off goes off again in a run that goes on",
-        "shellmb/simulate/control/watching.py",
+        "shellmb/simulate/control/items.py",
         'remembered = ("times", "armed")',
         'remembered = ("times",)',
         ("tests/run/test_what_is_remembered.py::test_events_stay_as_they_were",),

@@ -50,7 +50,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "moment of a quadratic step's forces without their first moment in time",
-        "shellmb/observers/forces/impulse.py",
+        "shellmb/observers/forces/reactions.py",
         "carrier.resultants(arms.of(steps), whole,",
         "carrier.resultants(arms.of(steps) * float(self._first), whole,",
         (

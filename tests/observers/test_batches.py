@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from shellmb.observers import columns
+from shellmb.observers import history
 from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.history import read_history
 from shellmb.running import standard
@@ -80,7 +80,7 @@ class Fails(BaseObserver):
 @pytest.mark.parametrize("where", ["solved", "accepted", "interrupted", "finish"])
 def test_a_failing_observer_loses_nothing(tmp_path, monkeypatch, where):
     # nothing is due before the end
-    monkeypatch.setattr(columns, "BATCH", 1e3)
+    monkeypatch.setattr(history, "BATCH", 1e3)
     with pytest.raises(KeyboardInterrupt if where == "interrupted" else RuntimeError):
         execute(scene(), tmp_path / "run", [Fails(where)], pictures=False)
     done = STEPS if where == "finish" else STEPS - 2
@@ -95,7 +95,7 @@ def test_a_failing_observer_loses_nothing(tmp_path, monkeypatch, where):
 
 @pytest.mark.parametrize("batch", [0.0, 1e3])
 def test_steps_longer_than_a_batch_are_written_one_by_one(tmp_path, monkeypatch, batch):
-    monkeypatch.setattr(columns, "BATCH", batch)
+    monkeypatch.setattr(history, "BATCH", batch)
     watch = Watch(tmp_path / "run")
     execute(scene(), tmp_path / "run", [watch], pictures=False)
     # the first state is written at once
@@ -121,7 +121,7 @@ class Compare(BaseObserver):
 
 
 def test_what_a_state_counts_on_is_written_before_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(columns, "BATCH", 1e3)
+    monkeypatch.setattr(history, "BATCH", 1e3)
     monkeypatch.setattr(standard, "Checkpoint", partial(Checkpoint, interval=0.0))
     compare = Compare(tmp_path / "run")
     execute(scene(), tmp_path / "run", [compare], pictures=False)

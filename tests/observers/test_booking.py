@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.observers import deferred_observer
-from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers import deferred
+from shellmb.observers.account.energy import COLUMNS
 from shellmb.observers.forces.reactions import ArmCarrier
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.resume import resume
@@ -28,7 +28,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
-COUNT = deferred_observer.STEPS + 5
+COUNT = deferred.STEPS + 5
 
 
 def swing() -> Scene:
@@ -85,14 +85,14 @@ def observed(ask: bool) -> tuple[list[dict[str, float]], dict[str, Any], list[in
     simulation.run([*standard.named.values(), Reader()])
     rows = [{k: v for k, v in r.items() if k != "wall_s"} for r in standard.sources.history.rows]
     booking_ones = {
-        n: o for n, o in standard.named.items() if isinstance(o, deferred_observer.DeferredObserver)
+        n: o for n, o in standard.named.items() if isinstance(o, deferred.DeferredObserver)
     }
     return rows, {name: o.state() for name, o in booking_ones.items()}, booked
 
 
 def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None:
     """Asked in each step, or left alone until 32 are together."""
-    monkeypatch.setattr("shellmb.observers.columns.BATCH", 1e9)
+    monkeypatch.setattr("shellmb.observers.history.BATCH", 1e9)
     alone, states, ones = observed(ask=True)
     together, others, several = observed(ask=False)
     # of numbers that are none no one equals another
@@ -100,10 +100,10 @@ def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None
     assert repr(states) == repr(others) and {"energy", "turning"} <= set(states)
     assert len(alone) == COUNT + 1
     assert set(ones) == {1} and len(ones) == COUNT
-    assert max(several) == deferred_observer.STEPS and sum(several) == COUNT
+    assert max(several) == deferred.STEPS and sum(several) == COUNT
     # of a large system fewer are, as a table of all its dofs has so many numbers at most
     unknowns = len(Simulation(swing()).problem.system.numbering.local_to_global)
-    monkeypatch.setattr(deferred_observer, "NUMBERS", 7 * unknowns - 1)
+    monkeypatch.setattr(deferred, "NUMBERS", 7 * unknowns - 1)
     large, others, several = observed(ask=False)
     assert repr(alone) == repr(large) and repr(states) == repr(others)
     assert max(several) == 7 and sum(several) == COUNT
@@ -156,7 +156,7 @@ class Fails(BaseObserver):
             raise KeyError("some other observer")
 
 
-@pytest.mark.parametrize("step", [2, deferred_observer.STEPS + 1, deferred_observer.STEPS + 3])
+@pytest.mark.parametrize("step", [2, deferred.STEPS + 1, deferred.STEPS + 3])
 def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
     """What failed in a step leaves the state before it, of all observers, and the run goes on."""
     with pytest.raises(KeyError):
@@ -165,7 +165,7 @@ def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
     found = read_saved(tmp_path / "failed", straight.simulation.model.comm)
     assert found.simulation["step"] == step - 1
     row = straight.rows[step - 1]
-    assert found.observers["energy"]["values"] == {k: row[k] for k in EnergyAccount.NAMES}
+    assert found.observers["energy"]["values"] == {k: row[k] for k in COLUMNS}
     freedoms = found.observers["joints"]["freedoms"]
     assert freedoms["values"] == {"hinge.rotation": row["hinge.rotation"]}
     resumed = resume(tmp_path / "failed", [BaseObserver()], scene=swing(), pictures=False)
@@ -181,8 +181,8 @@ def test_copies_are_of_the_step_they_were_taken_in() -> None:
     """A copy goes into one row and leaves the others; without arrays there is nothing."""
     rng = np.random.default_rng(1)
     arrays = [np.zeros(3), np.zeros(0), np.zeros(5)]
-    kept, none = deferred_observer.copies(arrays), deferred_observer.copies([])
-    expected = np.zeros((deferred_observer.STEPS, 8))
+    kept, none = deferred.copies(arrays), deferred.copies([])
+    expected = np.zeros((deferred.STEPS, 8))
     for row in (4, 0, 31, 4):
         for array in arrays:
             array[:] = rng.normal(size=len(array))
@@ -190,7 +190,7 @@ def test_copies_are_of_the_step_they_were_taken_in() -> None:
         kept.take(row)
         none.take(row)
     assert np.array_equal(kept.of(slice(None)), expected)
-    assert none.of(slice(None)).shape == (deferred_observer.STEPS, 0)
+    assert none.of(slice(None)).shape == (deferred.STEPS, 0)
 
 
 def test_only_observers_with_something_to_do_are_called() -> None:
@@ -214,14 +214,14 @@ def test_only_observers_with_something_to_do_are_called() -> None:
     assert calls == ["given", "busy"] * 2
 
 
-class Squares(deferred_observer.DeferredObserver):
+class Squares(deferred.DeferredObserver):
     """Books the squares of what it is given."""
 
     given = 0.0
 
     def __init__(self) -> None:
         super().__init__()
-        self.values = np.zeros(deferred_observer.STEPS)
+        self.values = np.zeros(deferred.STEPS)
 
     def take_accepted(self, simulation: Any, row: int) -> None:
         self.values[row] = self.given

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.observers.files.solids import body_solid, obstacle_solid
+from shellmb.observers.files.output_parts import body_solid, obstacle_solid
 
 TURN = (0.3, -0.7, 1.1)
 # a cylinder of 32 sides has 0.6 % less of everything

@@ -24,7 +24,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.stepping import Attempt
+from shellmb.simulate.stepping import StepInfo
 from shellmb.simulate.stepsize import LEAST, SHORT
 
 # numbers of steps and lengths as users write them down
@@ -56,11 +56,11 @@ class Still:
     def __init__(self, fails: tuple[int, ...] = ()) -> None:
         self.fails, self.count = fails, 0
 
-    def attempt(self, t: float, dt: float) -> Attempt:
+    def attempt(self, t: float, dt: float) -> StepInfo:
         self.count += 1
         if self.count in self.fails:
             raise ConvergenceError("not this one", field=None, norms={})
-        return Attempt(1, dt, 1e-9)
+        return StepInfo(t, dt, 1, 1e-9)
 
     def accept(self, dt: float) -> None: ...
 

@@ -9,14 +9,7 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.model.body import constraint_errors
 from shellmb.model.joints.joints import JointGroup
-from shellmb.observers.deferred_observer import (
-    STEPS,
-    Booked,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    copies,
-)
+from shellmb.observers.deferred import STEPS, Booked, DeferredObserver, Row, SharedTable, copies
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Simulation
 

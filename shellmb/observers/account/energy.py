@@ -18,21 +18,17 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
 from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.observers.deferred_observer import (
-    Booked,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    StepValues,
-)
+from shellmb.observers.deferred import Booked, DeferredObserver, Row, SharedTable, StepValues
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals
 
-# work from outside that has columns of its own
+# work from outside that has columns of its own; work and what is lost; and all columns
 WORKS = ("loads", "terms")
+PORTS = ("work_loads", "work_terms", "work_supports", "dissipation")
+COLUMNS = ("kinetic_energy", "strain_energy", "total_energy", *PORTS, "energy_balance")
 
 # strains, and motions relative to the scene, below which an energy account cannot close to 1e-8:
 # round-off of 1e-16 in strains is an energy of 1e-12 of theirs, and forces that are in balance
@@ -78,16 +74,6 @@ class EnergyAccount(DeferredObserver):
             friction and damping of contacts.
     """
 
-    NAMES = (
-        "kinetic_energy",
-        "strain_energy",
-        "total_energy",
-        "work_loads",
-        "work_terms",
-        "work_supports",
-        "dissipation",
-        "energy_balance",
-    )
     remembered = (*_SUMS, *_SIZES)
     values, dissipated = Booked[Row](), Booked[Row]()
     error, largest, exchanged = Booked[float](), Booked[float](), Booked[float]()
@@ -95,7 +81,7 @@ class EnergyAccount(DeferredObserver):
 
     def __init__(self) -> None:
         super().__init__()
-        self._values = dict.fromkeys(self.NAMES, 0.0)
+        self._values = dict.fromkeys(COLUMNS, 0.0)
         self._error = self._largest = self._exchanged = self._fastest = self._floor = 0.0
         self._dissipated: Row = {}
         self._there = self._lowest = 0.0
@@ -269,7 +255,7 @@ class EnergyAccount(DeferredObserver):
         dissipated = [*spent, *by_states, *faces.sum(axis=1), *by_velocities]
         works["dissipation"] = [np.zeros_like(total), *dissipated]
         found = {name: _added(self._values[name], *parts) for name, parts in works.items()}
-        outside = (found[name] for name in ("work_loads", "work_terms", "work_supports"))
+        outside = (found[name] for name in PORTS[:3])
         assert self._initial is not None
         left = sum((-work for work in outside), total - self._initial) + found["dissipation"]
         return found | {"energy_balance": left}
@@ -277,11 +263,10 @@ class EnergyAccount(DeferredObserver):
     def _sizes(self, columns: Mapping[str, Any]) -> None:
         """Largest and smallest values so far, by columns of some steps."""
         total, kinetic = columns["total_energy"], columns["kinetic_energy"]
-        ports = ("work_loads", "work_terms", "work_supports", "dissipation")
         self._largest = max(self._largest, float(np.max(np.abs(total))))
         self._fastest = max(self._fastest, float(np.max(kinetic)))
         # what potentials below zero give to bodies is energy that was seen, though the sum is not
-        exchanged = [float(np.max(np.abs(columns[name]))) for name in ports]
+        exchanged = [float(np.max(np.abs(columns[name]))) for name in PORTS]
         self._exchanged = max(self._exchanged, self._largest, self._fastest, *exchanged)
         self._there = max(self._there, float(np.max(total + columns["dissipation"])))
         self._lowest = min(self._lowest, float(np.min(total)))
@@ -323,15 +308,11 @@ def work_forms(simulation: Simulation, kind: str, bodies: Sequence[Body]) -> lis
         levels = simulation.problem.levels[body.name]
         moved = simulation.scheme.moved(levels.q, levels.scaled, levels.unknown)
         for name, stage in simulation.problem.forms[body.name].items():
-            for sample in stage.samples:
-                form = (
-                    sample.of_loads(moved[name])
-                    if kind == "loads"
-                    else sample.of_terms(body, moved[name])
-                )
-                forms.append(form)
-            if kind == "terms":
-                forms.append(stage.damping)
+            if kind == "loads":
+                forms += [sample.of_loads(moved[name]) for sample in stage.samples]
+            else:
+                terms = (sample.of_terms(body, moved[name]) for sample in stage.samples)
+                forms += [*terms, stage.damping]
     return forms
 
 
@@ -355,11 +336,10 @@ def _reaction_scales(simulation: Simulation) -> Floats:
     problem, numbering = simulation.problem, simulation.problem.system.numbering
     scales = np.zeros(numbering.owned)
     for body in simulation.model.bodies:
-        numbers = numbering.by_field[problem.number(body.name, problem.last)] - numbering.start
+        last = problem.number(body.name, problem.last)
         for part in body.parts:
             if part.name in body.kinematic:
-                here = numbers[body.mixed.dofs[part.name].ravel()]
-                here = here[(here >= 0) & (here < numbering.owned)]
+                here = numbering.own(last, body.mixed.dofs[part.name].ravel())
                 scales[here] = np.maximum(scales[here], part.scale)
     return scales[problem.system.fixed]
 
@@ -378,7 +358,6 @@ class _VelocityJump:
 
     def __init__(self, levels: Levels) -> None:
         self.function = fem.Function(levels.q.function_space)
-        self._jump = self.function.x.array
         self._q, self._v = levels.q.x.array, levels.rates["v"].x.array
         self._start, self._both = self._q.copy(), self._v.copy()
 
@@ -393,8 +372,5 @@ class _VelocityJump:
         Args:
             dt: Its length, s.
         """
-        jump, both = self._jump, self._both
-        np.subtract(self._q, self._start, out=jump)
-        jump *= 2 / dt
-        both += self._v
-        jump -= both
+        both = self._both + self._v
+        self.function.x.array[:] = (self._q - self._start) * (2 / dt) - both

@@ -1,7 +1,7 @@
 """Linear and angular momentum, and how well the scheme balances them.
 
-The change of a momentum over a step is the impulse of loads and supports (`impulse.py`); the drift
-is what is left when that impulse is taken away. It is round-off where a scheme conserves the
+The change of a momentum over a step is the impulse of loads and supports (`forces.reactions`); the
+drift is what is left when that impulse is taken away. It is round-off where a scheme conserves the
 momentum, and the error of the scheme where it does not.
 """
 
@@ -16,8 +16,8 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, StepValues
-from shellmb.observers.forces.impulse import Impulse
+from shellmb.observers.deferred import STEPS, Booked, DeferredObserver, Row, StepValues
+from shellmb.observers.forces.reactions import Impulse
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals, vector_of
 
@@ -75,39 +75,27 @@ class Momentum(DeferredObserver):
         self._dynamic = "v" in simulation.scheme.rates and bool(bodies)
         if not self._dynamic:
             return
-        self._axes = [vector_of(b.mixed.space.mesh, 6) for b in bodies]
-        self._length = simulation.model.length
-        self._held = simulation.model.supported
-        self._momenta = self._functionals(simulation, bodies)
+        self._length, self._held = simulation.model.length, simulation.model.supported
+        now, along = list[Form | None](), list[Form | None]()
+        for body in bodies:
+            space, levels = body.mixed.space, simulation.problem.levels[body.name]
+            axes = vector_of(space.mesh, 6)
+            # of small motions about the reference positions
+            now.append(_both(body, (levels.reference or levels).q, levels.rates["v"], axes))
+            # the displacement of a body; of a place on one "u1"
+            unit, part = fem.Function(space), "u" if "u" in body.mixed.dofs else "u1"
+            unit.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
+            along.append(_both(body, levels.q, unit, axes))
+        self._momenta = StepValues(functionals([present(now)], simulation.model.comm))
         self._impulse = Impulse(simulation)
-        self._mass = self._total_mass(simulation, bodies)
+        # the momentum of a unit velocity along that velocity
+        self._mass = float(functionals([present(along)], simulation.model.comm)()[0])
         self._take()
         if not len(self._initial):
             self._initial = self._vectors
         for kind in KINDS:
             self._drift.setdefault(kind, 0.0)
         self._sizes(np.stack([self._vectors, *self._impulses])[:, None])
-
-    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> StepValues:
-        """Both momenta, six numbers."""
-        forms: list[Form | None] = []
-        for body, axes in zip(bodies, self._axes, strict=True):
-            levels = simulation.problem.levels[body.name]
-            # of small motions about the reference positions
-            q, v = (levels.reference or levels).q, levels.rates["v"]
-            forms.append(_both(body, q, v, axes))
-        return StepValues(functionals([present(forms)], simulation.model.comm))
-
-    def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
-        """Mass, as the momentum of a unit velocity along that velocity."""
-        forms: list[Form | None] = []
-        for body, axes in zip(bodies, self._axes, strict=True):
-            velocity = fem.Function(body.mixed.space)
-            # the displacement of a body; of a place on one "u1"
-            part = "u" if "u" in body.mixed.dofs else "u1"
-            velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
-            forms.append(_both(body, simulation.problem.levels[body.name].q, velocity, axes))
-        return float(functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
         self._momenta.take(0)

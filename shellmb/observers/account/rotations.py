@@ -17,7 +17,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import RigidBodies
-from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
+from shellmb.observers.deferred import STEPS, Booked, DeferredObserver, Row, SharedTable
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.simulate.simulation import Simulation
@@ -28,6 +28,9 @@ HALF_STIFF = 40.0
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
 UNIT = np.eye(3)
+
+# dofs of a body at the start and at the end of a step
+type Ends = tuple[Floats, Floats]
 
 
 @dataclass
@@ -66,21 +69,6 @@ class Turn:
         if self.angle > self.largest:
             self.largest, self.t, self.dt = self.angle, t, dt
 
-    def add_whole(self, angles: list[float], when: list[tuple[float, float]]) -> None:
-        """Add steps of a rigid body, no part of which turns by more.
-
-        Args:
-            angles: Angles of some steps, rad.
-            when: Times at their ends and their lengths, s.
-        """
-        self.angle = self.mean = angles[-1]
-        self.radius = 0.0
-        for angle in angles:
-            self.total += angle
-        if (most := max(angles)) > self.largest:
-            self.largest = most
-            self.t, self.dt = when[angles.index(most)]
-
 
 class BodyRotations(DeferredObserver):
     """Follows how all bodies of a dynamic scene turn.
@@ -98,36 +86,29 @@ class BodyRotations(DeferredObserver):
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes."""
-        model = simulation.model
-        self._flexible: list[_Flexible] = []
-        self._rigid: _Frames | None = None
+        model, problem = simulation.model, simulation.problem
+        self._flexible: list[tuple[_Flexible, Ends]] = []
+        self._rigid: list[_Frames] = []
         # of each step its end and length
         self._when = [(0.0, 0.0)] * STEPS
         if "v" not in simulation.scheme.rates:
             return
+
+        def ends(name: str) -> Ends:
+            levels = problem.levels[name]
+            return levels.q.x.array, levels.unknown[problem.last].x.array
+
         if model.rigid is not None:
-            self._rigid = _Frames(model.rigid)
+            self._rigid = [_Frames(model.rigid, ends(model.rigid.name), model.comm)]
         for name, body in model.meshed.items():
             index_map = body.mixed.space.dofmap.index_map
             first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
             mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
-            self._flexible.append(_Flexible(name, Nodes(body, mine)))
-        followed = [body.name for body in self._flexible]
-        rigid = self._rigid.names if self._rigid else []
-        self._turns = {name: Turn() for name in (*followed, *rigid)} | self._turns
-        followed += [self._rigid.name] if self._rigid else []
-        # states at the start and at the end of a step
-        problem = simulation.problem
-        levels = {name: problem.levels[name] for name in followed}
-        self._ends = {
-            name: (here.q.x.array, here.unknown[problem.last].x.array)
-            for name, here in levels.items()
-        }
-        # chords and sums of flexible bodies, changes of the state of rigid ones, and their chords
+            self._flexible.append((_Flexible(name, Nodes(body, mine)), ends(name)))
+        names = [*model.meshed, *(name for frames in self._rigid for name in frames.names)]
+        self._turns = {name: Turn() for name in names} | self._turns
+        # chords and sums of flexible bodies
         self._sums = np.zeros((STEPS, len(self._flexible), 44))
-        size = len(problem.state(self._rigid.name).x.array) if self._rigid else 0
-        self._changes, self._serial = np.zeros((STEPS, size)), model.comm.size == 1
-        self._chords = SharedTable(model.comm, (len(rigid),), MPI.MAX)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take what turns in the step: both of its ends are at hand."""
@@ -135,36 +116,32 @@ class BodyRotations(DeferredObserver):
         if last is None or not self._turns:
             return
         self._when[row] = last.t + last.dt, last.dt
-        for k, body in enumerate(self._flexible):
+        comm = simulation.model.comm
+        for k, (body, ends) in enumerate(self._flexible):
             sums = self._sums[row, k]
-            sums[0] = body.sum(*self._ends[body.name], sums[1:])
-            if not self._serial:
-                comm = simulation.model.comm
+            sums[0] = body.sum(*ends, sums[1:])
+            if comm.size > 1:
                 comm.Allreduce(MPI.IN_PLACE, sums[1:])
                 sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
-        if self._rigid is not None:
-            start, end = self._ends[self._rigid.name]
-            np.subtract(end, start, out=self._changes[row])
-            self._chords.take(row, self._find_chords)
-
-    def _find_chords(self, rows: slice, chords: Floats) -> None:
-        assert self._rigid is not None
-        chords[:] = self._rigid.chords(self._changes[rows])
+        for frames in self._rigid:
+            frames.take(row)
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add the angles of the steps."""
         when = self._when[rows]
         if self._turns:
-            for k, body in enumerate(self._flexible):
+            for k, (body, _) in enumerate(self._flexible):
                 turn = self._turns[body.name]
                 chords = map(_angle, self._sums[rows, k, 0].tolist())
                 found = (part.tolist() for part in fit(self._sums[rows, k, 1:]))
                 for angle, mean, radius, (t, dt) in zip(chords, *found, when, strict=True):
                     turn.add(angle, mean, radius, t, dt)
-            if self._rigid is not None:
-                every = self._chords.of(rows, self._find_chords).T.tolist()
-                for name, each in zip(self._rigid.names, every, strict=True):
-                    self._turns[name].add_whole([_angle(chord) for chord in each], when)
+            for frames in self._rigid:
+                for name, each in zip(frames.names, frames.of(rows).T.tolist(), strict=True):
+                    turn = self._turns[name]
+                    for angle, (t, dt) in zip(map(_angle, each), when, strict=True):
+                        # no part of it turns by more
+                        turn.add(angle, angle, 0.0, t, dt)
         return [{} for _ in when]
 
     def take_up(self, state: dict[str, Any]) -> None:
@@ -200,31 +177,38 @@ class _Frames:
 
     Args:
         body: The rigid bodies of the model.
+        ends: Their dofs.
+        comm: Communicator.
+
+    Attributes:
+        names: Names of all but ground.
     """
 
-    def __init__(self, body: RigidBodies) -> None:
-        self.name = body.name
+    def __init__(self, body: RigidBodies, ends: Ends, comm: MPI.Comm) -> None:
+        self._start, self._end = ends
         self.names = [rigid.name for rigid in body.bodies if rigid.name != GROUND]
         place = {name: k for k, name in enumerate(self.names)}
         found = [(place.get(body.bodies[k].name), n) for n, k in enumerate(body.node_mesh.item)]
         here = [pair for pair in found if pair[0] is not None]
         self._places, rows = np.array(here, dtype=np.intp).reshape(-1, 2).T
         self._dofs = Nodes(body).dofs[1][rows].reshape(len(rows), 9)
+        # changes of the dofs in each step, and chords of the bodies
+        self._changes = np.zeros((STEPS, len(self._start)))
+        self._chords = SharedTable(comm, (len(self.names),), MPI.MAX)
 
-    def chords(self, changes: Floats) -> Floats:
-        """Chord of each body but ground on this rank, zero for those of others.
+    def take(self, row: int) -> None:
+        """Take the changes of a step; collective."""
+        np.subtract(self._end, self._start, out=self._changes[row])
+        self._chords.take(row, self._find)
 
-        Args:
-            changes: Changes of the dofs of the bodies in some steps, shape (k, dofs).
+    def of(self, rows: slice) -> Floats:
+        """Chord of each body in some steps, shape (k, n)."""
+        return self._chords.of(rows, self._find)
 
-        Returns:
-            Shape (k, n).
-        """
-        found = np.zeros((len(changes), len(self.names)))
+    def _find(self, rows: slice, chords: Floats) -> None:
         # in one order, however many steps there are: sums in another one differ in their last digit
-        turned = np.ascontiguousarray(changes[:, self._dofs])
-        found[:, self._places] = np.sqrt(np.vecdot(turned, turned) / _directions(3))
-        return found
+        turned = np.ascontiguousarray(self._changes[rows][:, self._dofs])
+        chords[:, self._places] = np.sqrt(np.vecdot(turned, turned) / _directions(3))
 
 
 def fit(sums: Floats) -> tuple[Floats, Floats]:

@@ -125,32 +125,23 @@ def face_strain(shell: Shell, at: Layup) -> Derived:
     return strains_by(np.concatenate(found, axis=-2))
 
 
-def principal_at_faces(plane: Derived) -> Derived:
+def principal_at_faces(plane: Floats) -> Floats:
     """Principal values at both faces, the larger one first, shape (n, 4).
 
     Args:
-        plane: Components 11, 22, 12 at both faces.
+        plane: Components 11, 22, 12 at both faces, shape (n, 6).
     """
-
-    def read(R: Floats) -> Floats:
-        values = plane(R)
-        return np.concatenate([principal(values[:, :3]), principal(values[:, 3:])], axis=1)
-
-    return read
+    return np.concatenate([principal(plane[:, :3]), principal(plane[:, 3:])], axis=1)
 
 
-def von_mises(stress: Derived) -> Derived:
+def von_mises(stress: Floats) -> Floats:
     """Von Mises stresses at both faces, where transverse stresses vanish, shape (n, 2).
 
     Args:
-        stress: Stresses 11, 22, 12 at both faces.
+        stress: Stresses 11, 22, 12 at both faces, shape (n, 6).
     """
-
-    def read(R: Floats) -> Floats:
-        a, b, c = np.moveaxis(stress(R).reshape(-1, 2, 3), -1, 0)
-        return np.asarray(np.sqrt(a**2 + b**2 - a * b + 3 * c**2))
-
-    return read
+    a, b, c = np.moveaxis(stress.reshape(-1, 2, 3), -1, 0)
+    return np.asarray(np.sqrt(a**2 + b**2 - a * b + 3 * c**2))
 
 
 def _outermost(shell: Shell, at: Layup, order: Sequence[int], z: Any) -> Floats:

@@ -34,16 +34,12 @@ STRAINS = {
 PARTS = {"N": np.s_[:, -8:-5], "M": np.s_[:, -5:-2], "Q": np.s_[:, -2:]}
 PARTS |= {"force": np.s_[:, 0:3], "moment": np.s_[:, 3:6]}
 
-# fields at both faces from the resultants of a linear section
-FACES: dict[str, Callable[[Shell, Layup], Read]] = {
-    "surface_stress": section.surface_stress,
-    "von_mises": lambda shell, at: section.von_mises(section.surface_stress(shell, at)),
-    "principal_stress": lambda shell, at: section.principal_at_faces(
-        section.surface_stress(shell, at)
-    ),
-    "principal_strain": lambda shell, at: section.principal_at_faces(
-        section.face_strain(shell, at)
-    ),
+# fields at both faces from the resultants of a linear section: what is there, and what of it
+FACES: dict[str, tuple[Callable[[Shell, Layup], Read], Read]] = {
+    "surface_stress": (section.surface_stress, np.asarray),
+    "von_mises": (section.surface_stress, section.von_mises),
+    "principal_stress": (section.surface_stress, section.principal_at_faces),
+    "principal_strain": (section.face_strain, section.principal_at_faces),
 }
 
 
@@ -151,7 +147,9 @@ def _fields(body: Any, name: str, dynamic: bool) -> dict[str, _Field]:
         return {name: _strains(body, name, dynamic)}
     shell, at = body.shell, section.layup(body, dynamic)
     if name in FACES:
-        return {name: _Field(known, FACES[name](shell, at))}
+        make, of = FACES[name]
+        plane = make(shell, at)
+        return {name: _Field(known, lambda R: of(plane(R)))}
     if name == "ply_stress":
         each = [section.ply_stress(shell, at, k) for k in range(len(at.layers))]
         return {f"{name}_{k}": _Field(known, read) for k, read in enumerate(each, start=1)}

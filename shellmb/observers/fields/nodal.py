@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -87,8 +87,7 @@ class NodeSums:
 type NodalBody = ShellModel | BeamModel | PlacedBody | RigidBodies
 
 
-@dataclass(frozen=True)
-class NodalValues:
+class NodalValues(NamedTuple):
     """Values at the nodes (owned and ghost) of a body on this rank.
 
     Args:
@@ -144,7 +143,7 @@ class NodalValues:
 
     def take(self, nodes: Int32s) -> NodalValues:
         """Values at some of the nodes, in that order; one node may stand there several times."""
-        return NodalValues(*(getattr(self, field.name)[nodes] for field in fields(self)))
+        return NodalValues(*(values[nodes] for values in self))
 
 
 def rotation_vectors(reference: Floats, directors: Floats) -> Floats:
@@ -201,6 +200,10 @@ class Nodes:
     Args:
         body: The body.
         which: Numbers of the nodes on this rank; one may stand there several times. None: all.
+
+    Attributes:
+        dofs: Dofs of displacements, shape (n, 3), and of directors, shape (n, m, 3).
+        directors: Number of directors of each.
     """
 
     def __init__(self, body: NodalBody, which: Int32s | None = None) -> None:
@@ -210,11 +213,7 @@ class Nodes:
         dofs = body.mixed.dofs
         self._u = dofs["u"].reshape(-1, 3)[here]
         self._w = dofs["w"].reshape(D.shape)[here]
-
-    @property
-    def dofs(self) -> tuple[Int32s, Int32s]:
-        """Dofs of displacements, shape (n, 3), and of directors, shape (n, m, 3)."""
-        return self._u, self._w
+        self.dofs, self.directors = (self._u, self._w), int(D.shape[1])
 
     def values(self, q: Floats, velocity: Floats | None = None) -> NodalValues:
         """Values at the nodes, in their order.
@@ -227,11 +226,6 @@ class Nodes:
         return NodalValues(
             self._X, q[self._u], self._D, self._D + q[self._w], v[self._u], v[self._w]
         )
-
-    @property
-    def directors(self) -> int:
-        """Number of directors of each."""
-        return int(self._D.shape[1])
 
     def dofs_of(self, marked: Bools) -> Int32s:
         """Dofs of some of the nodes.

@@ -1,7 +1,6 @@
 """Reserve factors against failure: of plies, the least in each step, and of all steps."""
 
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +19,7 @@ from shellmb.scene.shells.strength import CRITERIA, MOST
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-@dataclass(frozen=True)
-class Judged:
+class Judged(NamedTuple):
     """Utilisations of plies by one criterion.
 
     Args:
@@ -185,7 +183,7 @@ class Reserves(BaseObserver):
         }
         # a run that goes on has those of its last step, which are means over it
         if not self._now:
-            self._take(simulation)
+            self.accepted(simulation)
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
@@ -194,9 +192,6 @@ class Reserves(BaseObserver):
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the largest utilisations of the step."""
-        self._take(simulation)
-
-    def _take(self, simulation: Simulation) -> None:
         self._judge(simulation, {name: each.now() for name, each in self.resultants.items()})
 
     def _judge(self, simulation: Simulation, both: dict[str, Floats]) -> None:

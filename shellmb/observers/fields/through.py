@@ -9,12 +9,10 @@ Numer. Meth. Engng 40 (1997) 51-60, take this shape for all of Q).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
-from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.meshes.shared import sums_at_nodes
@@ -28,8 +26,7 @@ from shellmb.scene.shells.lamination import Layup, shear_step, strain_turn, vect
 SIDES = ("bottom", "middle", "top")
 
 
-@dataclass(frozen=True)
-class PlyRows:
+class PlyRows(NamedTuple):
     """Matrices that give what a ply has at its bottom, middle and top; zero where it is dropped.
 
     Args:
@@ -186,11 +183,12 @@ class NodalResultants:
     Attributes:
         solved: Keeps what means over the step need of its start.
         size: Number of the resultants.
+        vectors: Resultants, of a state and perhaps as a mean over a step.
     """
 
     def __init__(self, body: Any, resultants: Resultants, slopes: bool = False) -> None:
         self._resultants, self.solved = resultants, resultants.solved
-        self.size = resultants.size
+        self.size, self.vectors = resultants.size, resultants.vectors
         self._space = body.mixed.subspaces["u"]
         topology = self._space.mesh.topology
         self._around = self._space.dofmap.list[: topology.index_map(topology.dim).size_local]
@@ -238,11 +236,6 @@ class NodalResultants:
             values: Values at the nodes, shape (n,).
         """
         return np.asarray(self._back(values[:, None]).sum(axis=(1, 2)))
-
-    @property
-    def vectors(self) -> tuple[Expr, ...]:
-        """Resultants, of a state and perhaps as a mean over a step."""
-        return self._resultants.vectors
 
 
 def interlaminar(rows: PlyRows, both: Floats) -> Floats:

@@ -5,14 +5,14 @@ import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.files.writing import add_checksum, checksum, drafted, make_folder, write_text
-from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.deferred import DeferredObserver
 from shellmb.restart import Restartable, arrays_of, without_arrays
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, busy, separated
@@ -46,19 +46,6 @@ class Saved:
     ranks: tuple[tuple[Arrays, dict[str, Ints]], ...] = ()
 
 
-@runtime_checkable
-class Written(Protocol):
-    """An observer with files that a state counts on."""
-
-    def write(self) -> None:
-        """Write what is not in the files yet."""
-        ...
-
-    def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
-        """A saved state of this observer, with the checksums of its files so far."""
-        ...
-
-
 class Checkpoint(BaseObserver):
     """Writes the last accepted state now and then, at the end, and when a run fails.
 
@@ -76,7 +63,8 @@ class Checkpoint(BaseObserver):
         self, folder: Path, observers: Mapping[str, Observer], interval: float = INTERVAL
     ) -> None:
         self._folder, self._interval, self._names = folder, interval, list(observers)
-        self._files = {n: o for n, o in observers.items() if isinstance(o, Written)}
+        # a state counts on their files: they write what is not there yet, and have checksums
+        self._files: dict[str, Any] = {n: o for n, o in observers.items() if hasattr(o, "sealed")}
         # these need not be asked in each step
         self._later = {n: o for n, o in observers.items() if isinstance(o, DeferredObserver)}
         self._observers = {n: o for n, o in observers.items() if n not in self._later}

@@ -12,12 +12,12 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.files.writing import make_folder
-from shellmb.observers.columns import Batches
 from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
 from shellmb.observers.files.gridfiles import GridFiles, Lists
 from shellmb.observers.files.output_parts import JOINTS, Drawn, drawn_parts
 from shellmb.observers.forces.joints import JointForces
+from shellmb.observers.history import Batches
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 _log = logging.getLogger(__name__)

@@ -11,9 +11,8 @@ run needs of the format; VTK and ParaView read it.
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from mpi4py import MPI
@@ -40,6 +39,10 @@ HEAD = (
     ' compressor="vtkZLibDataCompressor">\n<UnstructuredGrid>\n'
 )
 TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
+
+# names of the components of fields; none
+type Named = Mapping[str, Sequence[str]]
+NONE: Named = {}
 
 
 class Packed:
@@ -110,8 +113,7 @@ def _attributes(values: Mapping[str, str]) -> str:
     return " ".join(f"{name}={quoteattr(value)}" for name, value in values.items())
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(NamedTuple):
     """All nodes and cells of a body; of shells and beams, of the degree of their displacement.
 
     Args:
@@ -202,13 +204,9 @@ class GridFiles:
     """
 
     def __init__(
-        self,
-        folder: Path,
-        grid: Grid,
-        cell_data: Mapping[str, Floats],
-        components: Mapping[str, tuple[str, ...]] | None = None,
+        self, folder: Path, grid: Grid, cell_data: Mapping[str, Floats], components: Named = NONE
     ) -> None:
-        self._folder, self._grid, self._components = folder, grid, dict(components or {})
+        self._folder, self._grid, self._components = folder, grid, components
         self._stem = grid.name.replace(" ", "_")
         self._cells = _cells(grid)
         self._cell_data = [Packed(name, values) for name, values in cell_data.items()]

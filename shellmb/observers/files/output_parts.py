@@ -1,24 +1,32 @@
-"""Everything that files and pictures show: shells, beams, rigid bodies, joints, obstacles."""
+"""Everything that files and pictures show: shells, beams, rigid bodies, joints, and solids.
+
+Those are shapes of rigid bodies and of obstacles as surfaces.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
+from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.model.frames.rigid import RigidBodies
+from shellmb.model.locations.ends import frame_about
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, state
 from shellmb.observers.files.gridfiles import Gatherer, Grid
-from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
 from shellmb.observers.forces.joints import joints_of
 from shellmb.observers.forces.locations import Places
+from shellmb.scene import Ball, Box, Contact, Plane, RigidBody, Rod
+from shellmb.scene.lookup import by_kind, said
 from shellmb.simulate.simulation import Simulation
 
 # types of cells in VTK
@@ -28,6 +36,9 @@ VERTEX, LINE, TRIANGLE = 1, 3, 5
 SAME = 1e-9
 
 JOINTS, SOLIDS, OBSTACLES = "joints", "solids", "obstacles"
+
+# the nodes of a mark, or of a line
+type Cell = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -126,16 +137,13 @@ def drawn_rigid(model: Model, rigid: RigidBodies) -> Drawn:
         for end in joint.ends:
             if end.owner in named:
                 named[end.owner].append(end.point)
-    nodes: list[Floats] = []
-    names: list[str] = []
-    lines: list[tuple[int, int]] = []
-    centers: list[int] = []
+    nodes, names, dots, lines = list[Floats](), list[str](), list[Cell](), list[Cell]()
     for name, points in named.items():
         first, center = len(nodes), rigid.bodies[rigid.index[name]].center
         own = _different([center, *points], SAME * model.length)
         nodes += own
         names += [name] * len(own)
-        centers.append(first)
+        dots.append((first,))
         lines += [(first, first + n) for n in range(1, len(own))]
     bodies = [rigid.index[name] for name in names]
     moving, first_rank = FixedPoints(model, np.array(nodes), bodies), model.comm.rank == 0
@@ -151,9 +159,9 @@ def drawn_rigid(model: Model, rigid: RigidBodies) -> Drawn:
         values = moving.now(simulation)
         return _named(values, simulation) if first_rank else {}
 
-    cells = np.array([bodies[k] for k in (*centers, *(b for _, b in lines))], float)
-    grid = _line_grid(model, rigid.name, np.array(nodes), lines, centers, names)
-    return Drawn(grid, fields, {"body": cells}, displaced)
+    cells = dots + lines
+    grid = _line_grid(model, rigid.name, np.array(nodes), cells, names)
+    return Drawn(grid, fields, {"body": np.array([bodies[c[-1]] for c in cells], float)}, displaced)
 
 
 def drawn_solids(model: Model, name: str, solids: Sequence[Solid]) -> Drawn:
@@ -195,7 +203,8 @@ def drawn_joints(model: Model, name: str) -> Drawn:
     ends = zip(known.values(), swapped, strict=True)
     nodes = np.array([e.point for j, s in ends for e in (j.ends[::-1] if s else j.ends)])
     apart = np.linalg.norm(nodes[0::2] - nodes[1::2], axis=1) > SAME * model.length
-    lines = [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
+    cells: list[Cell] = [(k,) for k in range(len(nodes))]
+    cells += [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
     # nodes of the grid, and what they are of a group
     places: list[tuple[str, list[int], Places]] = []
     for group in model.mechanism.groups:
@@ -214,10 +223,8 @@ def drawn_joints(model: Model, name: str) -> Drawn:
         model.comm.Allreduce(MPI.IN_PLACE, found)
         return {"displacement": found} if model.comm.rank == 0 else {}
 
-    dots = list(range(len(nodes)))
-    cells = np.array([k // 2 for k in (*dots, *(k for k, _ in lines))], dtype=float)
-    names = [name for name in known for _ in range(2)]
-    return Drawn(_line_grid(model, name, nodes, lines, dots, names), fields, {"joint": cells})
+    grid = _line_grid(model, name, nodes, cells, [name for name in known for _ in range(2)])
+    return Drawn(grid, fields, {"joint": np.array([cell[0] // 2 for cell in cells], float)})
 
 
 def drawn_bodies(model: Model) -> dict[str, Drawn]:
@@ -287,16 +294,171 @@ def _different(points: Sequence[Floats], tolerance: float) -> list[Floats]:
 
 
 def _line_grid(
-    model: Model,
-    name: str,
-    nodes: Floats,
-    lines: Sequence[tuple[int, int]],
-    dots: Sequence[int],
-    labels: Sequence[str],
+    model: Model, name: str, nodes: Floats, cells: Sequence[Cell], labels: Sequence[str]
 ) -> Grid | None:
     """A grid of marked nodes and segments, on rank 0."""
     if model.comm.rank:
         return None
-    cells = np.array([n for cell in (*([d] for d in dots), *lines) for n in (len(cell), *cell)])
-    types = np.array([VERTEX] * len(dots) + [LINE] * len(lines), dtype=np.uint8)
-    return Grid(name, nodes, cells.astype(np.int64), types, tuple(labels))
+    flat = np.array([n for cell in cells for n in (len(cell), *cell)], dtype=np.int64)
+    types = np.array([VERTEX if len(cell) == 1 else LINE for cell in cells], dtype=np.uint8)
+    return Grid(name, nodes, flat, types, tuple(labels))
+
+
+# pieces around a circle, and along half of it
+AROUND = 32
+# a side of no length is drawn so thin, parts of the longest one
+THIN = 1e-3
+# planes and rods reach so far, parts of the scene
+REACH = 1.2
+# two triangles of four corners
+HALVES = ((0, 1, 2), (0, 2, 3))
+
+
+class Solid(NamedTuple):
+    """A surface of triangles in the reference.
+
+    Args:
+        label: Name of the body, or of the contact whose obstacle it is.
+        points: Corners, shape (n, 3), m.
+        triangles: Numbers of corners, shape (f, 3).
+        body: Name of the rigid body that it moves with; None: it is fixed in space.
+    """
+
+    label: str
+    points: Floats
+    triangles: Ints
+    body: str | None = None
+
+
+def body_solid(body: RigidBody) -> Solid:
+    """The shape of a rigid body.
+
+    Args:
+        body: The body, whose `shape` is not None.
+
+    Raises:
+        SceneError: If its file is no surface.
+    """
+    shape = body.shape
+    if isinstance(shape, Path):
+        found = read_meshio(shape, said(body))
+        corners = [nodes for nodes in found.cells if len(nodes) == 3]
+        if not corners:
+            raise SceneError(f"{said(body)}: {shape} has no triangles; its shape must be a surface")
+        # each triangle has corners of its own: edges stay sharp
+        local, triangles = _apart(found.x[np.array(corners)])
+        return Solid(
+            body.name, np.asarray(body.position) + local @ body.axes.T, triangles, body.name
+        )
+    if isinstance(shape, tuple):
+        turned, (local, triangles) = np.eye(3), _box(np.array(shape, dtype=float))
+    else:
+        # int rho y y^T: of a box m a^2 / 12 along each side, of a rod m r^2 / 4 across
+        moments, turned = np.linalg.eigh(body.euler_tensor)
+        squares = np.maximum(moments, 0.0) / body.mass
+        others = (squares.sum() - squares) / 2
+        along = int(np.argmax(np.abs(squares - others)))
+        if shape == "box":
+            local, triangles = _box(np.sqrt(12 * squares))
+        else:
+            local, triangles = _rod(2 * np.sqrt(others[along]), np.sqrt(12 * squares[along]))
+            turned = turned[:, [(along + 1) % 3, (along + 2) % 3, along]]
+        turned = turned * np.sign(np.linalg.det(turned))
+    return Solid(body.name, body.center + local @ turned.T @ body.axes.T, triangles, body.name)
+
+
+def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | None:
+    """The obstacle of a contact near the scene; None where it has no shape here.
+
+    Args:
+        contact: The contact.
+        centre: The middle of the scene, shape (3,), m.
+        size: Size of the scene, m.
+    """
+    shape = by_kind(_OBSTACLES, contact.obstacle)
+    if shape is None:
+        return None
+    corners, triangles = shape(contact.obstacle, centre, REACH * size / 2)
+    return Solid(contact.name, corners, triangles, contact.obstacle_body)
+
+
+def _ball(ball: Ball, *_: Any) -> tuple[Floats, Ints]:
+    local, triangles = _revolved(*_arc(ball.radius))
+    return np.asarray(ball.center) + local, triangles
+
+
+def _block(box: Box, *_: Any) -> tuple[Floats, Ints]:
+    local, triangles = _box(np.array(box.size))
+    return np.asarray(box.center) + local @ box.axes, triangles
+
+
+def _plane(plane: Plane, centre: Floats, half: float) -> tuple[Floats, Ints]:
+    frame = frame_about(plane.normal)
+    # the foot of the scene's middle
+    foot = centre - np.outer(frame[2], frame[2]) @ (centre - np.asarray(plane.point))
+    local = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    return foot + local @ frame, np.array(HALVES)
+
+
+def _shaft(rod: Rod, centre: Floats, half: float) -> tuple[Floats, Ints]:
+    frame, point = frame_about(rod.axis), np.asarray(rod.point)
+    foot = point + np.outer(frame[2], frame[2]) @ (centre - point)
+    local, triangles = _revolved(np.array([rod.radius, rod.radius]), np.array([-half, half]))
+    return foot + local @ frame, triangles
+
+
+_OBSTACLES: dict[type, Any] = {Ball: _ball, Box: _block, Plane: _plane, Rod: _shaft}
+
+
+def joined(solids: Sequence[Solid]) -> tuple[Floats, Ints]:
+    """Corners and triangles of several solids as of one.
+
+    Args:
+        solids: They.
+    """
+    first = np.cumsum([0, *(len(s.points) for s in solids[:-1])])
+    triangles = [s.triangles + k for s, k in zip(solids, first, strict=True)]
+    return np.concatenate([s.points for s in solids]), np.concatenate(triangles)
+
+
+def _apart(corners: Floats) -> tuple[Floats, Ints]:
+    """Pieces (f, k, 3) with corners of their own, in triangles."""
+    numbers: Ints = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
+    if corners.shape[1] == 4:
+        numbers = numbers[:, np.array(HALVES)].reshape(-1, 3)
+    return corners.reshape(-1, 3), numbers
+
+
+def _box(sides: Floats) -> tuple[Floats, Ints]:
+    """A box about the origin."""
+    sides = np.maximum(sides, THIN * sides.max())
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    # x, z around y goes the other way; all turn about the outward normal
+    faces = [np.insert(square[:: s * (-1) ** k], k, s, axis=1) for k in range(3) for s in (-1, 1)]
+    return _apart(np.array(faces) * sides / 2)
+
+
+def _rod(radius: float, length: float) -> tuple[Floats, Ints]:
+    """A cylinder about the origin along the third axis, with its ends."""
+    longest = max(2 * radius, length)
+    r, h = max(radius, THIN * longest), max(length, THIN * longest) / 2
+    rings = (([0.0, r], [-h, -h]), ([r, r], [-h, h]), ([r, 0.0], [h, h]))
+    parts = [Solid("", *_revolved(np.array(a), np.array(z))) for a, z in rings]
+    return joined(parts)
+
+
+def _arc(radius: float) -> tuple[Floats, Floats]:
+    angles = np.linspace(-np.pi / 2, np.pi / 2, AROUND // 2 + 1)
+    return radius * np.cos(angles), radius * np.sin(angles)
+
+
+def _revolved(radii: Floats, heights: Floats) -> tuple[Floats, Ints]:
+    """A surface of revolution about the third axis by its profile, shape (k,) each."""
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(AROUND)], axis=1)
+    points = radii[:, None, None] * circle + heights[:, None, None] * np.array([0.0, 0.0, 1.0])
+    i, j = np.meshgrid(np.arange(len(radii) - 1), np.arange(AROUND), indexing="ij")
+    after = (j + 1) % AROUND
+    ring, above = i * AROUND, (i + 1) * AROUND
+    corners = np.stack([ring + j, ring + after, above + after, above + j], axis=-1).reshape(-1, 4)
+    return points.reshape(-1, 3), corners[:, np.array(HALVES)].reshape(-1, 3)

@@ -19,14 +19,14 @@ import numpy as np
 from shellmb.arrays import Bools
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
-from shellmb.observers.columns import KeptColumns
-from shellmb.observers.deferred_observer import Row
+from shellmb.observers.deferred import Row
 from shellmb.observers.forces.joints import JointColumns, Span, span_of_state, span_of_step
 from shellmb.observers.forces.reactions import Assembled, HeldForces
+from shellmb.observers.history import KeptColumns
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.start.endforces import EndForces, Impulses
+from shellmb.simulate.start.endforces import EndForces
 
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -106,7 +106,7 @@ class ImpulseColumns:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        self._impulses = Impulses(simulation.problem)
+        self._impulses = simulation.problem.projection
         self._joints = JointColumns(simulation.model, self._impulses)
 
     def __call__(self, simulation: Simulation) -> Row:
@@ -147,53 +147,19 @@ class BlowColumns(KeptColumns):
         self._new = False
 
 
-class ConsistentMeans:
-    """Means over a step of the forces that go with velocities which the constraints allow.
-
-    It corrects those of joints, drivers and locks; the projection must have been solved.
-
-    Args:
-        simulation: The simulation, at its start.
-    """
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._now = ImpulseColumns(simulation)
-        self.names = [f"{name}{MEAN}" for name in self._now(simulation)]
-        # a run begins with consistent velocities; how far off they are where it is resumed, is not
-        # known
-        self._before = 0.0 if simulation.t == 0 else float("nan")
-        self._last: Row = {}
-
-    def switched(self) -> None:
-        """Velocities have been made consistent."""
-        self._last, self._before = {}, 0.0
-
-    def __call__(self, simulation: Simulation, means: Row) -> Row:
-        """Columns of the step just accepted; collective.
-
-        Args:
-            simulation: The simulation.
-            means: What its scheme solved for, by the names of the columns.
-        """
-        assert simulation.last is not None
-        now, dt = self._now(simulation), simulation.last.dt
-        gained = {k: (p - self._last.get(k, self._before)) / dt for k, p in now.items()}
-        self._last = now
-        return {f"{k}{MEAN}": means[k] + force for k, force in gained.items()}
-
-
 class EndForceColumns(KeptColumns):
     """Forces of joints and all that acts on them, and of supports, at the end of a step.
 
     Those of force elements follow from coordinates and rates there, all others from the equations
     of motion (`simulate.start.endforces`). Columns are named as the means with `_end` behind; those
     of supports (`SupportForces`) are there as means, too. NaN before the first step. Those of
-    joints, drivers and locks with `_mean` behind are `ConsistentMeans`.
+    joints, drivers and locks with `_mean` behind are means over a step that go with velocities
+    which the constraints allow.
 
     Nothing without `Output(end_forces=True)`.
     """
 
-    _consistent: ConsistentMeans | None = None
+    _impulses: ImpulseColumns | None = None
 
     def start(self, simulation: Simulation) -> None:
         """Make the equations, and list the columns."""
@@ -208,30 +174,39 @@ class EndForceColumns(KeptColumns):
         self._ends = SupportForces(self._solution, model)
         names = [*self._means.names, *self._measured(simulation)]
         if simulation.scheme.rates == ("v",):
-            self._consistent = ConsistentMeans(simulation)
-            names += self._consistent.names
+            self._impulses = ImpulseColumns(simulation)
+            names += [f"{name}{MEAN}" for name in self._impulses(simulation)]
+            # a run begins with consistent velocities; how far off they are where it is resumed, is
+            # not known
+            self._gained, self._before = (
+                dict[str, float](),
+                0.0 if simulation.t == 0 else float("nan"),
+            )
         self.values = dict.fromkeys(names, float("nan"))
 
     def solved(self, simulation: Simulation) -> None:
         """Take the means of what supports hold."""
         over = partial(span_of_step, simulation)
         self.values.update(self._means(over))
-        if self._consistent is not None:
+        if self._impulses is not None:
             efforts = simulation.model.mechanism.efforts(simulation.problem)
             self._solved = self._acting(over) | efforts
 
     def switched(self, simulation: Simulation) -> None:
         """Velocities have been made consistent."""
-        if self._consistent is not None:
-            self._consistent.switched()
+        self._gained, self._before = {}, 0.0
 
     def accepted(self, simulation: Simulation) -> None:
         """Solve at the new state."""
         assert simulation.last is not None
-        self._solution.solve(simulation.t, simulation.last.dt)
-        if self._consistent is not None:
+        dt = simulation.last.dt
+        self._solution.solve(simulation.t, dt)
+        if self._impulses is not None:
             # the solution has begun with the projection of the velocities
-            self.values.update(self._consistent(simulation, self._solved))
+            before, self._gained = self._gained, self._impulses(simulation)
+            for name, now in self._gained.items():
+                force = (now - before.get(name, self._before)) / dt
+                self.values[f"{name}{MEAN}"] = self._solved[name] + force
         self.values.update(self._measured(simulation))
 
     def _measured(self, simulation: Simulation) -> Row:

@@ -15,14 +15,8 @@ from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import (
-    STEPS,
-    DeferredObserver,
-    Row,
-    SharedTable,
-    StepValues,
-)
-from shellmb.observers.forces.locations import FreeCoordinates, Places
+from shellmb.observers.deferred import STEPS, DeferredObserver, Row, SharedTable, StepValues
+from shellmb.observers.forces.locations import FreeCoordinates, Group, Places
 from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation
@@ -241,9 +235,7 @@ def joints_of(group: JointGroup) -> Joints:
     return [(row, group.joints[item]) for row, item in enumerate(group.nodes.item.tolist())]
 
 
-def parts_of(
-    group: JointGroup | CoordinateGroup, joints: Joints, number: Mapping[str, int]
-) -> list[Acting]:
+def parts_of(group: Group, joints: Joints, number: Mapping[str, int]) -> list[Acting]:
     """Parts of a group that find forces of its joints, by the ends that are on the second bodies.
 
     Args:
@@ -276,11 +268,7 @@ class GroupForces:
     """
 
     def __init__(
-        self,
-        problem: Assembled,
-        group: JointGroup | CoordinateGroup,
-        joints: Joints,
-        number: Mapping[str, int],
+        self, problem: Assembled, group: Group, joints: Joints, number: Mapping[str, int]
     ) -> None:
         self.name = group.name
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
@@ -360,11 +348,7 @@ class Acting:
     """
 
     def __init__(
-        self,
-        group: JointGroup | CoordinateGroup,
-        second: int,
-        items: Sequence[Any],
-        number: Mapping[str, int],
+        self, group: Group, second: int, items: Sequence[Any], number: Mapping[str, int]
     ) -> None:
         self._group, (self.cells, joints) = group, items
         self.numbers = [number[joint.joint.name] for joint in joints]

@@ -8,6 +8,7 @@ and a form.
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +16,11 @@ import numpy.typing as npt
 from shellmb.arrays import Floats
 from shellmb.model.joints.coordinates import COLUMN, CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.observers.deferred_observer import SharedTable, copies
+from shellmb.observers.deferred import SharedTable, copies
 from shellmb.restart import Restartable
 from shellmb.simulate.simulation import Simulation
+
+type Group = JointGroup | CoordinateGroup
 
 
 class Places:
@@ -34,11 +37,7 @@ class Places:
     """
 
     def __init__(
-        self,
-        group: JointGroup | CoordinateGroup,
-        which: int,
-        cells: Sequence[int],
-        joints: Sequence[BoundJoint],
+        self, group: Group, which: int, cells: Sequence[int], joints: Sequence[BoundJoint]
     ) -> None:
         place, ends = group.ends[which], [joint.ends[which] for joint in joints]
         self.turn = place.turns
@@ -93,9 +92,7 @@ class Places:
         return found
 
 
-def _dofs(
-    group: JointGroup | CoordinateGroup, part: str, cells: Sequence[int]
-) -> npt.NDArray[np.intp]:
+def _dofs(group: Group, part: str, cells: Sequence[int]) -> npt.NDArray[np.intp]:
     dofs = group.mixed.dofs[part].reshape(-1, group.mixed.parts[part][1])
     return np.asarray(dofs[list(cells)], dtype=np.intp)
 
@@ -144,7 +141,7 @@ class FreeCoordinates(Restartable):
                     if (key := (group.joints[item].joint.name, kind)) in number
                 ]
                 if here:
-                    self._read.append(_Like(kind, group, *zip(*here, strict=True)))
+                    self._read.append(_Like(kind, group, here))
                     arrays[group.name] = simulation.problem.state(group.name).x.array
         # and states of the groups, where each begins
         self._states = copies(arrays.values())
@@ -192,19 +189,11 @@ class _Like:
     Args:
         kind: "rotation" or "translation".
         group: The group.
-        numbers: Places of their values.
-        cells: Local cells of the joints.
-        joints: The joints.
+        here: Of each the place of its value, the local cell of its joint, and the joint.
     """
 
-    def __init__(
-        self,
-        kind: str,
-        group: JointGroup,
-        numbers: tuple[int, ...],
-        cells: tuple[int, ...],
-        joints: tuple[BoundJoint, ...],
-    ) -> None:
+    def __init__(self, kind: str, group: JointGroup, here: Sequence[Any]) -> None:
+        numbers, cells, joints = zip(*here, strict=True)
         self.group, self.numbers, self._kind = group.name, list(numbers), kind
         self._places = [Places(group, k, cells, joints) for k in range(2)]
         self._axes = [

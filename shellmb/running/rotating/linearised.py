@@ -31,7 +31,7 @@ from shellmb.running.rotating.axis import Axis, held
 from shellmb.scene import Scene
 from shellmb.schemes.base import Levels
 from shellmb.simulate.eigenmodes import shift_below
-from shellmb.simulate.start.relaxation import Relaxation
+from shellmb.simulate.start.consistent import Relaxation
 from shellmb.simulate.start.start import OPEN
 
 

@@ -327,7 +327,7 @@ def _motion(
         for body in model.bodies:
             dofs = kinematic_dofs(body)
             # of places of joints, too, which dampers know
-            velocity[body.name].x.array[:] = forces.velocity(body.name).x.array
+            velocity[body.name].x.array[:] = forces.velocity[body.name].x.array
             acceleration[body.name].x.array[dofs] = forces.state(body.name).x.array[dofs]
     return q, velocity, acceleration
 

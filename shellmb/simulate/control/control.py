@@ -1,13 +1,11 @@
 """Controllers and events of a run: sampled before each step, watched behind it."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +16,8 @@ from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.control.sensors import Sensor
-from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
-from shellmb.simulate.stepping import Attempt, StepInfo
+from shellmb.simulate.control.items import Sampler, Watch, comes_soon, first_crossing, turning_point
+from shellmb.simulate.stepping import StepInfo
 from shellmb.simulate.stepsize import LEAST
 
 # a simulation (`shellmb.simulate.simulation.Simulation`), which has these controls itself
@@ -43,7 +40,6 @@ class Readings:
         self, simulation: Running, observers: Sequence[Any], sensors: Sequence[Sensor]
     ) -> None:
         self._simulation, self._sensors = simulation, list(sensors)
-        measuring = [o for o in observers if hasattr(o, "measure")]
         self._columns: dict[str, Any] = {}
         rates = {s: coordinate_read(simulation.scene, s.column) for s in sensors if s.derivative}
         # coordinates whose rates are part of the motion
@@ -51,7 +47,7 @@ class Readings:
         for sensor in sensors:
             if sensor.name in self._rates:
                 continue
-            owner = next((o for o in measuring if sensor.column in o.measure()), None)
+            owner = next((o for o in observers if sensor.column in o.measure()), None)
             if owner is None:
                 raise SceneError(
                     f"sensor '{sensor.column}': no observer of this run measures it; the run must "
@@ -83,7 +79,7 @@ class Readings:
         return found
 
     @contextmanager
-    def after(self, attempt: Attempt) -> Iterator[None]:
+    def after(self, attempt: StepInfo) -> Iterator[None]:
         """The simulation as it would be behind a step that is solved; then as before it.
 
         Args:
@@ -93,7 +89,7 @@ class Readings:
         kept = {name: array.copy() for name, array in simulation.live().items()}
         t, last = simulation.t, simulation.last
         states = [copy.deepcopy(o.state()) for o in self._observers]
-        simulation.last = StepInfo(t, attempt.dt, attempt.iterations, None, attempt.error)
+        simulation.last = attempt
         try:
             for observer in self._observers:
                 observer.solved(simulation)
@@ -125,16 +121,7 @@ class Control(Restartable):
             among the watches.
     """
 
-    remembered: ClassVar[tuple[str, ...]] = (
-        "samplers",
-        "watches",
-        "_read",
-        "_before",
-        "_dt",
-        "_begun",
-        "_changed",
-        "ended",
-    )
+    remembered = ("samplers", "watches", "_read", "_before", "_dt", "_begun", "_changed", "ended")
 
     def __init__(self, scene: Scene, signals: Signals) -> None:
         self._signals = signals
@@ -230,7 +217,7 @@ class Control(Restartable):
         """Time of the next sample, s."""
         return min((s.next for s in self.samplers), default=np.inf)
 
-    def locate(self, simulation: Running, attempt: Attempt, lands: bool) -> Attempt:
+    def locate(self, simulation: Running, attempt: StepInfo, lands: bool) -> StepInfo:
         """Look behind a step that is solved, and repeat it where an event is within; collective.
 
         Also where one is so near behind it that the next step would be too short: it is halved; and
@@ -255,7 +242,7 @@ class Control(Restartable):
         armed = np.array([watch.armed for watch in self.watches])
         start = np.array([watch.margin(read, t) for watch in self.watches])
 
-        def behind(made: Attempt) -> Floats:
+        def behind(made: StepInfo) -> Floats:
             return np.where(armed, self.margins(t, made), -np.inf)
 
         def margins(dt: float) -> Floats:
@@ -284,7 +271,7 @@ class Control(Restartable):
         self.crossed = np.flatnonzero(crossing).tolist()
         return last
 
-    def margins(self, t: float, made: Attempt) -> Floats:
+    def margins(self, t: float, made: StepInfo) -> Floats:
         """Margins of the conditions of all events, behind a step that is solved; collective.
 
         Args:
@@ -299,10 +286,6 @@ class Control(Restartable):
         with readings.after(made):
             now = readings.now(read, made.dt)
         return np.array([watch.margin(now, t + made.dt) for watch in self.watches])
-
-    def follow(self, other: Control) -> None:
-        """Take the events of another run of these controls, for the step that it has located."""
-        self.crossed = list(other.crossed)
 
     def _inner_time(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
         """Find where in a step a condition may be true between ends where it is not, s."""

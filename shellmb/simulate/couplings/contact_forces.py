@@ -40,18 +40,14 @@ class PointForces(NamedTuple):
     slopes: Floats
 
 
-def opposite(of: PointForces) -> PointForces:
-    """Forces that are opposite."""
-    return PointForces(-of.values, -of.slopes)
-
-
 class PointStresses(NamedTuple):
     """Stresses on the distances of points in a step.
 
     Args:
         pieces: Of each piece: the slope of the energy.
         damped: Force of the damping over the whole step; None: there is none.
-        normal: Normal force over the whole step that friction goes by; None: there is none.
+        normal: What presses over the whole step, by which friction goes, as it acts along the
+            distances: not positive; None: there is no friction.
         loss: What the scheme dissipates, shape (n,), J.
         energy: At the first state, shape (n,), J.
     """
@@ -108,8 +104,8 @@ class StepStresses:
                 if chi is not None:
                     approach = (parts[0] - parts[-1]) * self._rate
                     damped = contact.resisted(normal, approach, chi)
-                    forces, normal = [*forces, damped], normal + damped
-                forces = [*forces, normal] if self._rubs else forces
+                    forces, normal = [*forces, -damped], normal + damped
+                forces = [*forces, -normal] if self._rubs else forces
             by = [ufl.diff(force, g) for force in forces]
             slopes = [d if d.ufl_shape == () else d[k] for d in by for k in range(len(parts))]
             return ufl.as_vector([*forces, *slopes, found.loss, U(e[0])])
@@ -129,16 +125,9 @@ class StepStresses:
         return PointStresses(every, damped, normal, found[:, -2], found[:, -1])
 
 
-class Ends(NamedTuple):
-    """Positions at both ends of a step, in the slots of pairs, shape (p, k, 3) each, m.
-
-    Args:
-        first: At its start: the point, the nodes of the facet, and directors at the point.
-        last: At its end.
-    """
-
-    first: Floats
-    last: Floats
+# positions at the start and at the end of a step, in the slots of pairs, shape (p, k, 3) each, m:
+# of the point, the nodes of the facet, and directors at the point
+type Ends = tuple[Floats, Floats]
 
 
 class FacetFriction:
@@ -188,14 +177,14 @@ class FacetFriction:
         Returns:
             Shape (p, k, 3), and twice (p, k, 3, k, 3).
         """
-        vertices, n = touching.vertices, self._count
-        p, k = ends.first.shape[:2]
+        (first, last), vertices, n = ends, touching.vertices, self._count
+        p, k = first.shape[:2]
         # corners relative to the point, and directors
         taken = np.zeros((p, n, k))
         taken[:, :3, 0] = -1.0
         taken[:, :3, 1 : 1 + vertices.shape[2]] = vertices
         taken[:, range(3, n), range(1 + vertices.shape[2], k)] = 1.0
-        middle, speed = taken @ ((ends.first + ends.last) / 2), taken @ (ends.last - ends.first)
+        middle, speed = taken @ ((first + last) / 2), taken @ (last - first)
         near = nearest(np.zeros((p, 3)), middle[:, :3])
         still = ~near.turns.any(axis=2)
         given = np.column_stack([near.weights, near.turns.reshape(p, 6), still])

@@ -23,7 +23,6 @@ from shellmb.simulate.couplings.contact_forces import (
     PointForces,
     StepStresses,
     blocks,
-    opposite,
 )
 from shellmb.system.couplings import Entries, SharedDofs, joined
 
@@ -62,18 +61,6 @@ class Side(NamedTuple):
         return np.asarray(found)
 
 
-class Loss(NamedTuple):
-    """Energies that a step dissipates.
-
-    Args:
-        scheme: By the scheme, J.
-        spent: By damping and friction, J.
-    """
-
-    scheme: float
-    spent: float
-
-
 class Acting(NamedTuple):
     """Forces of a step.
 
@@ -81,18 +68,13 @@ class Acting(NamedTuple):
         touching: The pairs that feel them.
         nodes: Numbers of the nodes in the slots of the distances, points first, shape (p, k).
         normal: Forces along distances.
-        friction: Friction; None: there is none.
+        friction: Friction, if there is any.
     """
 
     touching: Touching
     nodes: Ints
     normal: list[Force]
-    friction: Force | None
-
-    @property
-    def every(self) -> list[Force]:
-        """All forces."""
-        return self.normal if self.friction is None else [*self.normal, self.friction]
+    friction: list[Force]
 
 
 class FacesCoupling:
@@ -120,7 +102,7 @@ class FacesCoupling:
         pieces: Pieces,
         offsets: Mapping[tuple[str, str], int],
     ) -> None:
-        self.contact, self._pieces = contact, pieces
+        self.contact, self.name, self._pieces = contact, contact.item.name, pieces
         self._stages = tuple(pieces.rows)
         self._stresses = StepStresses(comm, pieces, contact.law)
         rubs, directors = contact.item.friction > 0, contact.d.shape[1]
@@ -159,11 +141,6 @@ class FacesCoupling:
         first = self._stages.index(stage) * self._count
         return 3 * (first + slots[..., None]) + np.arange(3)
 
-    @property
-    def name(self) -> str:
-        """Name of the contact."""
-        return self.contact.item.name
-
     def _at(self, state: Mapping[str, float]) -> tuple[Floats, Floats]:
         """Positions of points and nodes at a state of the step."""
         y, x = (self._side(side, state) for side in self._sides[:2])
@@ -197,12 +174,9 @@ class FacesCoupling:
         """Positions of points and nodes at its end."""
         return self._at({END: 1.0})
 
-    def _touching(self) -> Touching | None:
-        states = [self._at(state) for state in self._pieces.states]
-        return self.contact.touching(self.candidates, states)
-
     def _acting(self, derivatives: bool) -> Acting | None:
-        touching = self._touching()
+        states = [self._at(state) for state in self._pieces.states]
+        touching = self.contact.touching(self.candidates, states)
         if touching is None:
             return None
         places, of = touching.places, touching.families
@@ -221,14 +195,14 @@ class FacesCoupling:
             normal.append(along(ends, forces, shares))
         whole = (0, self._last)
         if stresses.damped is not None:
-            normal.append(along(whole, opposite(stresses.damped), self._pieces.total))
+            normal.append(along(whole, stresses.damped, self._pieces.total))
         return Acting(touching, nodes, normal, self._friction(touching, nodes, stresses.normal))
 
     def _friction(
         self, touching: Touching, nodes: Ints, pressed: PointForces | None
-    ) -> Force | None:
+    ) -> list[Force]:
         if self._rubbing is None or pressed is None:
-            return None
+            return []
         contact, of = self.contact, touching.families
         directors = contact.directors(touching.point[of.owner])
         slots = np.column_stack([nodes, len(contact.y) + len(contact.x) + directors])
@@ -236,7 +210,7 @@ class FacesCoupling:
         a, b = (touching.places[k].distance for k in (0, self._last))
         found = self._rubbing.at(touching, ends)
         total = self._pieces.total
-        return Force(total, opposite(pressed), found, mixed(of, a, b), (0, self._last), slots)
+        return [Force(total, pressed, found, mixed(of, a, b), (0, self._last), slots)]
 
     def _ends(self, slots: Ints) -> Ends:
         """Positions of slots at both ends of the step."""
@@ -245,14 +219,14 @@ class FacesCoupling:
             np.concatenate([self._side(side, states[k]) for side in self._sides])[slots]
             for k in (0, self._last)
         )
-        return Ends(first, last)
+        return first, last
 
     def residual(self) -> tuple[Ints, Floats]:
         """Numbers of dofs and forces on them."""
         acting, places, values = self._acting(False), [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
         if acting is None:
             return places[0], values[0]
-        for force in acting.every:
+        for force in acting.normal + acting.friction:
             on_slots = force.on_slots(acting.touching.families)
             for stage, share in force.shares.items():
                 if share:
@@ -271,7 +245,7 @@ class FacesCoupling:
         if acting is None:
             return found[0]
         touching = acting.touching
-        for force in acting.every:
+        for force in acting.normal + acting.friction:
             for block in blocks(force, touching.families, touching.places, acting.nodes):
                 found += self._entries(block, force.shares)
         rows, columns, values = (np.concatenate(some) for some in zip(*found, strict=True))
@@ -405,25 +379,23 @@ class FacesCoupling:
         found = self.candidates
         return self.contact.between.meeting(y, x, 0.0 if len(found.point) else found.slack)
 
-    def loss(self) -> Loss:
-        """Energy that the step just solved has dissipated."""
-        item, none = self.contact.item, Loss(0.0, 0.0)
-        if not (self._pieces.alpha or item.relative_damping or item.friction):
-            return none
-        acting = self._acting(False)
+    def loss(self) -> tuple[float, float]:
+        """Energies that the step dissipates: by the scheme, and by damping and friction, J."""
+        item = self.contact.item
+        loses = self._pieces.alpha or item.relative_damping or item.friction
+        acting = self._acting(False) if loses else None
         if acting is None:
-            return none
+            return 0.0, 0.0
         touching = acting.touching
         stresses = self._stresses.at(touching.law, touching.distances)
         spent = 0.0
         if stresses.damped is not None:
             g = touching.distances
-            spent += float(stresses.damped.values @ (g[:, 0] - g[:, -1]))
-        if acting.friction is not None:
-            ends = self._ends(acting.friction.nodes)
-            on_slots = acting.friction.on_slots(touching.families)
-            spent += float(np.vdot(on_slots, ends.last - ends.first))
-        return Loss(float(stresses.loss.sum()), spent)
+            spent += float(stresses.damped.values @ (g[:, -1] - g[:, 0]))
+        for force in acting.friction:
+            first, last = self._ends(force.nodes)
+            spent += float(np.vdot(force.on_slots(touching.families), last - first))
+        return float(stresses.loss.sum()), spent
 
     def forces(self) -> tuple[Floats, Floats]:
         """Mean forces on the points over the step just solved: normal ones, friction, (n, 3), N."""
@@ -432,7 +404,7 @@ class FacesCoupling:
             return np.zeros((0, 3)), np.zeros((0, 3))
         of, none = acting.touching.families, np.zeros((len(acting.nodes), 3))
         found = []
-        for some in (acting.normal, [f for f in (acting.friction,) if f is not None]):
+        for some in (acting.normal, acting.friction):
             parts = [force.shares[END] * force.on_slots(of)[:, 0] for force in some]
             found.append(-np.add.reduceat(sum(parts, none), of.first))
         return found[0], found[1]

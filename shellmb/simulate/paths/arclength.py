@@ -8,7 +8,7 @@ by one unit of it per unit of the load factor.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -29,8 +29,7 @@ from shellmb.simulate.paths.branches import (
 )
 from shellmb.simulate.paths.levels import Limit, Whole, crossings, land, locate, reached
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.rotation_per_step import RotationPerStep
-from shellmb.simulate.stepping import Attempt
+from shellmb.simulate.stepping import RotationPerStep, StepInfo
 from shellmb.simulate.stepsize import StepSize
 from shellmb.system.newton.bordered import Bordered
 
@@ -67,7 +66,7 @@ class ArcSize(StepSize):
     def accept(self, measured: float | None, dt: float = 0.0) -> None:
         """Change the step by the factor that the last one suggests."""
         self.good += 1
-        self.dt = min(max(self.factor * self.dt, self.smallest), self.largest)
+        self.dt = self._within(self.factor * self.dt)
 
     def suggest(self, iterations: int, turned: float, path: PathFollowing) -> None:
         """Take down what the last step took.
@@ -79,14 +78,7 @@ class ArcSize(StepSize):
         """
         by_iterations = math.sqrt(path.iterations / max(iterations, 1))
         by_turn = WANTED_TURN * math.radians(path.turn_deg) / max(turned, 1e-12)
-        factor = min(by_iterations, by_turn)
-        self.factor = min(self.settings.growth, max(self.settings.shrink, factor))
-
-
-def _moves(problem: Problem) -> bool:
-    """Decide whether something prescribed depends on the load factor; the same on all ranks."""
-    given = [fixed for body in problem.model.bodies for fixed in body.fixed]
-    return any(problem.model.comm.allgather(any(fixed.moving for fixed in given)))
+        self.factor = self._moderate(min(by_iterations, by_turn))
 
 
 @dataclass
@@ -122,21 +114,26 @@ class PathSteps(Restartable):
             stiffness matrix is not symmetric, or nobody asked.
         bordered: Newton's method with the load factor as one more unknown.
         moving: Weights of displacements among owned unknowns.
+        branches: What is passed on the path.
+        points: Limit points and bifurcations passed so far.
         limit: The limit point in the step last solved for; None: there is none, or not found.
         unsure: Load factors of limit points that were not found; theirs is that of a cubic.
     """
 
-    remembered = ("here", "scale", "unstable", "unsure", "_branches")
+    remembered = ("here", "scale", "unstable", "unsure", "branches")
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
         self._problem, self._path, self.size = problem, path, size
-        self._given = _moves(problem)
+        # whether something prescribed depends on the load factor
+        moving = any(fixed.moving for body in problem.model.bodies for fixed in body.fixed)
+        self._given = any(problem.model.comm.allgather(moving))
         follow = problem.follow_given if self._given else None
         self.bordered = Bordered(problem.iteration, self._set_factor, follow)
         self._turns = RotationPerStep(problem)
         self.moving = self._displacements()
-        self._branches = Branches(problem, self.bordered, self.moving, path)
-        self._next: _Arrived | None = None
+        self.branches = Branches(problem, self.bordered, self.moving, path)
+        self.points = self.branches.points
+        self._next: _Arrived
         self._cut = False
         self.limit: Limit | None = None
         self.unsure: list[float] = []
@@ -148,11 +145,6 @@ class PathSteps(Restartable):
         size.farthest = FARTHEST * problem.model.length / self.scale
 
     @property
-    def points(self) -> list[PointOnPath]:
-        """Limit points and bifurcations passed so far."""
-        return self._branches.points
-
-    @property
     def factor(self) -> float:
         """Load factor of the accepted state."""
         return self.here.factor
@@ -160,7 +152,6 @@ class PathSteps(Restartable):
     @property
     def ahead(self) -> PathState:
         """The state last solved for."""
-        assert self._next is not None
         return self._next.state
 
     @cached_property
@@ -176,16 +167,12 @@ class PathSteps(Restartable):
     @property
     def bifurcation(self) -> PointOnPath | None:
         """The bifurcation at which the solved step ends; None: it ends elsewhere."""
-        return self._branches.found
+        return self.branches.found
 
     @property
     def normal(self) -> Floats:
         """Normal of the plane in which the step from the accepted state ends."""
         return np.asarray(self.moving * self.here.tangent / self.scale**2)
-
-    def null_vector(self) -> Floats:
-        """Eigenvector next to zero of the state last solved for, of unit displacement."""
-        return self._branches.null_vector()
 
     @property
     def on_level(self) -> bool:
@@ -207,19 +194,17 @@ class PathSteps(Restartable):
             points: Limit points and bifurcations found.
         """
         self.here, self.scale, self.unstable = state, scale, state.negative
-        self._branches.points.extend(points)
+        self.points.extend(points)
         self._problem.load_factor = state.factor
 
     def _displacements(self) -> Floats:
         """One over the number of nodes at unknown displacements on this rank, else zero."""
         system = self._problem.system
-        n = system.numbering
-        marks = np.zeros(n.owned)
+        marks = np.zeros(system.numbering.owned)
         for body in self._problem.model.bodies:
             if "u" in body.kinematic:
                 k = self._problem.number(body.name, self._problem.last)
-                numbers = n.by_field[k][body.mixed.dofs["u"]] - n.start
-                marks[numbers[(numbers >= 0) & (numbers < n.owned)]] = 1.0
+                marks[system.numbering.own(k, body.mixed.dofs["u"])] = 1.0
         number = system.comm.allreduce(int(np.sum(marks)))
         return np.asarray(marks * 3.0 / max(number, 1))
 
@@ -233,13 +218,9 @@ class PathSteps(Restartable):
                         sample.loads.update(lambda function: factor)
         self._problem.system.residuals.refresh()
 
-    def size_of(self, change: Floats) -> float:
-        """Size of a change of the unknowns: its displacements, root mean square over nodes, m."""
-        return math.sqrt(self.bordered.dot(self.moving * change, change))
-
     def _unit(self, change: Floats) -> Floats:
         """A change of unit arc length."""
-        return change * (self.scale / self.size_of(change))
+        return change * (self.scale / self.branches.size_of(change))
 
     def moved(self, vector: Floats, change: Floats) -> float:
         """Part of a change along a vector of unit displacement."""
@@ -251,7 +232,7 @@ class PathSteps(Restartable):
 
     def _angle(self, a: Floats, b: Floats) -> float:
         """Angle between two directions, whichever way they point, rad."""
-        sizes = self.size_of(a) * self.size_of(b)
+        sizes = self.branches.size_of(a) * self.branches.size_of(b)
         cosine = self.bordered.dot(self.moving * a, b) / sizes if sizes > 0 else math.nan
         return math.acos(min(abs(cosine), 1.0)) if math.isfinite(cosine) else math.pi
 
@@ -268,24 +249,24 @@ class PathSteps(Restartable):
             SceneError: If the loads move nothing.
         """
         self.bordered.take_load(factor)
-        negative = self._branches.negative()
+        negative = self.branches.negative()
         if negative is None:
             self.bordered.factorise()
         # else, of thin bodies the reduced matrix does not know where a flat branch goes, and the
         # factors of the count are at hand
-        derivative = self.bordered.derivative(self._branches.apply_inverse)
+        derivative = self.bordered.derivative(self.branches.apply_inverse)
         if before is None and factor == 0.0 and self._given:
             derivative = self._begun(derivative)
         sharp = math.radians(self._path.turn_deg)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;
             # or that is the null vector, where a branch comes back to the path that it left
-            null = self._branches.null_vector()
+            null = self.branches.null_vector()
             if self._angle(before, null) < sharp:
                 along = self._unit(null) * math.copysign(1.0, self._dot(null, before))
                 return PathState(t, factor, along, 0.0, negative, self.here.sense)
             derivative = derivative - self.moved(null, derivative) * null
-        size = self.size_of(derivative)
+        size = self.branches.size_of(derivative)
         if not size > 0:
             raise SceneError(
                 "path following: the loads move nothing; give a load that does, or what is "
@@ -307,18 +288,18 @@ class PathSteps(Restartable):
             derivative: The derivative there.
         """
         begun, whole = (self._way(over) for over in (self.size.nominal, self._path.load_end or 1.0))
-        size, far = self.size_of(derivative), self.size_of(begun)
+        size, far = self.branches.size_of(derivative), self.branches.size_of(begun)
         sharp = far > 0 and self._angle(derivative, begun) > math.radians(self._path.turn_deg)
         if size > far or not (sharp or size < FLAT * far):
             return derivative
         # a structure that stays linear reaches its full load at time 1
-        self.scale = self.size_of(whole)
+        self.scale = self.branches.size_of(whole)
         return begun
 
     def _way(self, over: float) -> Floats:
         """Derivative at the start, prescribed values told by what they do over a change of load."""
         self.bordered.take_load(0.0, over)
-        return self.bordered.derivative(self._branches.apply_inverse)
+        return self.bordered.derivative(self.branches.apply_inverse)
 
     def _arrive(self, t: float, dt: float) -> _Arrived:
         """Solve for the state at the arc length `dt` behind the accepted one.
@@ -356,14 +337,7 @@ class PathSteps(Restartable):
         end = self._path.load_end
         return end is not None and reached(self.factor, end)
 
-    def _end_at_levels(self, shorter: Callable[[float], PathState], end: PathState) -> None:
-        """Shorten the step solved for to where it first comes to a load level, if it does."""
-        found = crossings(self.here, end, self._levels)
-        # the load may turn round before the first of them
-        if found and not any(land(self.here, end, crossing, shorter) for crossing in found):
-            shorter(end.t - self.here.t)
-
-    def attempt(self, t: float, dt: float) -> Attempt:
+    def attempt(self, t: float, dt: float) -> StepInfo:
         """Solve for the state at the arc length `t + dt`.
 
         Or before it, at a load level or a bifurcation.
@@ -380,16 +354,19 @@ class PathSteps(Restartable):
             return self._next.state
 
         try:
-            self._end_at_levels(shorter, shorter(dt))
+            end = shorter(dt)
+            found = crossings(self.here, end, self._levels)
+            # the load may turn round before the first of them
+            if found and not any(land(self.here, end, crossing, shorter) for crossing in found):
+                shorter(end.t - self.here.t)
         except ConvergenceError as error:
             raise self._turning_given(error, dt) from error
-        assert self._next is not None
-        self._next.state = self._branches.sure(self.here, self._next.state)
-        if self._branches.passed(self.here, self._next.state):
-            self._branches.locate(self.here, self._next.state, shorter)
+        self._next.state = self.branches.sure(self.here, self._next.state)
+        if self.branches.passed(self.here, self._next.state):
+            self.branches.locate(self.here, self._next.state, shorter)
         self._cut = self._next.dt < dt
         self.limit = self._locate_limit() if self.turned else None
-        return Attempt(iterations, self._next.dt)
+        return StepInfo(t, self._next.dt, iterations)
 
     def _turning_given(self, error: ConvergenceError, dt: float) -> ConvergenceError:
         """Say that a step failed where what is prescribed turns round, if it does there."""
@@ -423,7 +400,6 @@ class PathSteps(Restartable):
     def accept(self, dt: float) -> None:
         """Go there; at a bifurcation choose the branch."""
         found = self._next
-        assert found is not None
         self._problem.accept(dt)
         if self._cut:
             # it ended early, which says nothing about the next one
@@ -433,7 +409,7 @@ class PathSteps(Restartable):
         if self.turned and self.limit is None:
             self.unsure.append(limit_point(self.here, found.state).load_factor)
         factor = None if self.limit is None else self.limit.factor
-        state, direction = self._branches.accept(self.here, found.state, factor)
+        state, direction = self.branches.accept(self.here, found.state, factor)
         if direction is not None:
             # along the null vector the load does not change, to first order
             state = PathState(state.t, state.factor, self._unit(direction), 0.0, None)

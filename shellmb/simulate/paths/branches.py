@@ -64,6 +64,10 @@ class PathState:
         constant(self.tangent)
 
 
+# solves for the state at another arc length behind the start of a step
+type Trial = Callable[[float], PathState]
+
+
 @dataclass(frozen=True)
 class PointOnPath:
     """A limit point or bifurcation.
@@ -83,19 +87,6 @@ class PointOnPath:
     before: int | None
     after: int | None
     switched: bool = False
-
-
-@dataclass
-class _Bifurcation:
-    """A bifurcation that was located in the step not yet accepted.
-
-    Args:
-        point: The point.
-        direction: Null vector of the stiffness matrix, owned unknowns.
-    """
-
-    point: PointOnPath
-    direction: Floats
 
 
 class Branches(Restartable):
@@ -119,7 +110,8 @@ class Branches(Restartable):
     ) -> None:
         self._bordered, self._moving, self._path = bordered, moving, path
         self.points: list[PointOnPath] = []
-        self._found: _Bifurcation | None = None
+        # a bifurcation in the step not yet accepted, and null vector of the stiffness matrix there
+        self._found: tuple[PointOnPath, Floats] | None = None
         self.apply_inverse = bordered.apply_inverse
         self._stability: Stability | None = None
         if path.branches != "ignore":
@@ -156,7 +148,7 @@ class Branches(Restartable):
         change = abs(b.negative - a.negative)
         return change > 1 or change != int(turned(a, b))
 
-    def locate(self, a: PathState, b: PathState, shorter: Callable[[float], PathState]) -> None:
+    def locate(self, a: PathState, b: PathState, shorter: Trial) -> None:
         """Shorten the step until it ends at the first bifurcation.
 
         The smallest eigenvalue is brought to zero by false position, safeguarded by bisection on
@@ -202,11 +194,9 @@ class Branches(Restartable):
         zero = min(max(zero, low), high)
         factor = float(state.factor + state.rate * (zero - length))
         point = PointOnPath("bifurcation", float(state.t + zero - length), factor, before, after)
-        self._found = _Bifurcation(point, self._signed(self._other(state, vector)))
+        self._found = point, self._signed(self._other(state, vector))
 
-    def _locate_return(
-        self, a: PathState, b: PathState, shorter: Callable[[float], PathState]
-    ) -> None:
+    def _locate_return(self, a: PathState, b: PathState, shorter: Trial) -> None:
         """Locate where a branch comes back to the path that it left, and the load turns there.
 
         An eigenvalue touches zero without a change of sign. Arguments as of `locate`.
@@ -232,7 +222,7 @@ class Branches(Restartable):
         t = float(state.t + zero - length)
         point = PointOnPath("bifurcation", t, factor, a.negative, b.negative)
         vector = self._smallest(None)[1]
-        self._found = _Bifurcation(point, self._signed(self._other(state, vector)))
+        self._found = point, self._signed(self._other(state, vector))
 
     def _other(self, state: PathState, vector: Floats) -> Floats:
         """Direction of the path that crosses at a bifurcation: along the null vector.
@@ -240,11 +230,12 @@ class Branches(Restartable):
         Where a branch comes back to the path that it left, its own tangent is the null vector, and
         the other path goes where the load moves the rest.
         """
-        share = self._bordered.dot(self._moving * vector, state.tangent) / self._norm(state.tangent)
+        size = self.size_of(state.tangent)
+        share = self._bordered.dot(self._moving * vector, state.tangent) / size
         if abs(share) < PARALLEL:
             return vector
-        rest = state.tangent - share * self._norm(state.tangent) * vector
-        return np.asarray(rest / self._norm(rest))
+        rest = state.tangent - share * size * vector
+        return np.asarray(rest / self.size_of(rest))
 
     def _smallest(self, guess: Floats | None) -> tuple[float, Floats]:
         """Eigenvalue next to zero of the stiffness, with the metric of displacements, and vector.
@@ -256,10 +247,10 @@ class Branches(Restartable):
             # the same on any number of ranks, and with a part in every direction
             every = np.random.default_rng(0).uniform(-1.0, 1.0, self._bordered.system.size)
             guess = every[n.start : n.start + n.owned]
-        vector, last = guess / self._norm(guess), np.inf
+        vector, last = guess / self.size_of(guess), np.inf
         for _ in range(POWER):
             new = self.apply_inverse(self._moving * vector)
-            inverse, size = self._bordered.dot(self._moving * vector, new), self._norm(new)
+            inverse, size = self._bordered.dot(self._moving * vector, new), self.size_of(new)
             if size == 0:
                 # all that moves is prescribed
                 return np.inf, new
@@ -276,13 +267,14 @@ class Branches(Restartable):
     @property
     def found(self) -> PointOnPath | None:
         """The bifurcation at the end of the step not yet accepted, if there is one."""
-        return None if self._found is None else self._found.point
+        return None if self._found is None else self._found[0]
 
     def null_vector(self) -> Floats:
         """Eigenvector next to zero of the state last looked at, of unit displacement."""
         return self._smallest(None)[1]
 
-    def _norm(self, vector: Floats) -> float:
+    def size_of(self, vector: Floats) -> float:
+        """Size of a change of the unknowns: its displacements, root mean square over nodes, m."""
         return float(np.sqrt(self._bordered.dot(self._moving * vector, vector)))
 
     def _signed(self, vector: Floats) -> Floats:
@@ -314,18 +306,18 @@ class Branches(Restartable):
                 known = point.load_factor if limit is None else limit
                 self.points.append(replace(point, load_factor=known))
             return b, None
-        point = found.point
+        point, direction = found
         switches = sum(p.switched for p in self.points)
         if self._path.branches == "switch" and switches < self._path.switches:
             self.points.append(replace(point, switched=True))
-            return b, found.direction
+            return b, direction
         self.points.append(point)
         # counted as behind it, wherever the search ended: it must not be found again
         return replace(b, negative=point.after), None
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up the points so far."""
-        self.points = [PointOnPath(**p) for p in state["points"]]
+        self.points[:] = [PointOnPath(**p) for p in state["points"]]
 
 
 def _not_located(b: PathState) -> ConvergenceError:
@@ -355,7 +347,7 @@ def sense(factor: float, rate: float, dt: float, before: int) -> int:
 def limit_point(a: PathState, b: PathState) -> PointOnPath:
     """The limit point between two states, by the cubic that has their values and rates."""
     cubic = load_cubic(a, b)
-    inside = real_between(np.polyder(cubic))
+    inside = roots(np.polyder(cubic))
     s = inside[0] if inside else a.rate / (a.rate - b.rate)
     t = float(a.t + s * (b.t - a.t))
     factor = float(np.polyval(cubic, s))
@@ -383,7 +375,7 @@ def cubic(values: tuple[Any, Any], slopes: tuple[Any, Any]) -> Floats:
     return np.array([begin + end - 2 * rise, 3 * rise - 2 * begin - end, begin, first])
 
 
-def real_between(polynomial: npt.ArrayLike) -> list[float]:
+def roots(polynomial: npt.ArrayLike) -> list[float]:
     """Real roots of a polynomial between zero and one, in their order."""
     roots = np.roots(np.asarray(polynomial))
     return sorted(float(r.real) for r in roots if abs(r.imag) < 1e-9 and 0 <= r.real <= 1)

@@ -12,15 +12,14 @@ of thin bodies leaves few digits.
 """
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
-from shellmb.simulate.paths.branches import PathState, cubic, limit_point, load_cubic, real_between
+from shellmb.simulate.paths.branches import PathState, Trial, cubic, limit_point, load_cubic, roots
 from shellmb.system.direct.linear import Unreduced
 from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.bordered import Bordered
@@ -40,8 +39,7 @@ NEAR = 1e-6
 MOST = 12
 
 
-@dataclass(frozen=True)
-class Crossing:
+class Crossing(NamedTuple):
     """Crossing of a level by a step.
 
     Args:
@@ -75,23 +73,21 @@ def _crossing(a: PathState, b: PathState, level: float) -> Crossing | None:
     if begin * end < 0:
         cubic[-1] = begin
         line = begin / (begin - end)
-        return Crossing(level, min(real_between(cubic), default=line), True)
+        return Crossing(level, min(roots(cubic), default=line), True)
     # where the load turns round the cubic is as good as the step is short
     unsure = CUBIC * max(abs(a.factor - b.factor), abs(begin), abs(end))
-    for share in real_between(np.polyder(cubic)):
+    for share in roots(np.polyder(cubic)):
         if math.copysign(1.0, begin) * (np.polyval(cubic, share) - level) < unsure:
             return Crossing(level, share, False)
     return None
 
 
-def _turn(
-    a: PathState, b: PathState, level: float, shorter: Callable[[float], PathState]
-) -> PathState | None:
+def _turn(a: PathState, b: PathState, level: float, shorter: Trial) -> PathState | None:
     """A state beyond a level where the load goes there and turns round; None if it does not."""
     begin, low, high = math.copysign(1.0, _begin(a, level)), a, b
     for _ in range(TRIALS):
         cubic = load_cubic(low, high)
-        share = min(real_between(np.polyder(cubic)), default=0.5)
+        share = min(roots(np.polyder(cubic)), default=0.5)
         state = shorter(low.t + share * (high.t - low.t) - a.t)
         missing = begin * (state.factor - level)
         if missing <= 0 or reached(state.factor, level):
@@ -116,9 +112,7 @@ def crossings(a: PathState, b: PathState, levels: Iterable[float]) -> list[Cross
     return sorted(found, key=lambda crossing: crossing.share)
 
 
-def land(
-    a: PathState, b: PathState, crossing: Crossing, shorter: Callable[[float], PathState]
-) -> bool:
+def land(a: PathState, b: PathState, crossing: Crossing, shorter: Trial) -> bool:
     """Shorten a step until it ends on a level.
 
     Args:

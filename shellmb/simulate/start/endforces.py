@@ -28,81 +28,44 @@ from shellmb.preprocessing.bodyfields import (
     parts_of,
     without_jump,
 )
-from shellmb.schemes.base import END, at_state, end_acceleration, end_velocity
+from shellmb.schemes.base import at_state, end_acceleration, end_velocity
 from shellmb.schemes.residuals.residual import Sample, interval_forces, velocity_constraint
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.consistent import Instant
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.direct.mumps import new_prefix
-from shellmb.system.newton.iteration import Iteration, NewtonSettings
-from shellmb.system.newton.solver import NEWTON
+from shellmb.system.newton.solver import newton_alone
 
 # what belongs to the strains of a state: resultants and assumed strains
 STRESSES = ("N", "S")
 
 
-class _Instant:
-    """A solution at an instant, as a `readings.Solution`.
-
-    Args:
-        problem: The problem whose steps are looked at.
-        unknown: Functions of the solution by body.
-
-    Attributes:
-        model: Its bodies.
-        system: The block system; its reactions are the forces that hold and move fixed unknowns.
-        fields: Its fields, one for each body.
-        last: Name of the only stage.
-    """
-
-    system: BlockSystem
-    fields: list[Field]
-    last = END
-
-    def __init__(self, problem: Problem, unknown: dict[str, fem.Function]) -> None:
-        self._problem, self.model, self.scheme = problem, problem.model, problem.scheme
-        self.levels, self._unknown = problem.levels, unknown
-        self._numbers = {body.name: k for k, body in enumerate(self.model.bodies)}
-
-    def number(self, body: str, stage: str) -> int:
-        """Number of a body's field in the system."""
-        return self._numbers[body]
-
-    def state(self, body: str) -> fem.Function:
-        """Function that holds what is solved for of a body: rates, and forces or impulses."""
-        return self._unknown[body]
-
-    def unknown(self, body: str) -> list[fem.Function]:
-        """That function."""
-        return [self._unknown[body]]
-
-
-class EndForces(_Instant):
+class EndForces(Instant):
     """Solves for accelerations and multipliers.
 
     Args:
         problem: The problem whose steps are looked at.
+
+    Attributes:
+        velocity: Functions that hold the velocities by body, the nearest ones that constraints
+            allow.
     """
 
     def __init__(self, problem: Problem) -> None:
-        spaces = {body.name: body.mixed.space for body in problem.model.bodies}
-        super().__init__(problem, {n: fem.Function(s, name=f"end_{n}") for n, s in spaces.items()})
-        self._velocity = {n: fem.Function(s, name=f"v_end_{n}") for n, s in spaces.items()}
+        super().__init__(problem.model, problem.levels, "end")
+        self._problem, bodies = problem, problem.model.bodies
+        self.velocity = {
+            b.name: fem.Function(b.mixed.space, name=f"v_end_{b.name}") for b in bodies
+        }
         self._samples: list[Sample] = []
         self._following: list[Callable[[], None]] = []
         self.fields = [self._field(body) for body in self.model.bodies]
         self.system = BlockSystem(self.model.comm, self.fields)
-        self._newton = NEWTON["newton"](
-            Iteration(self.system, NewtonSettings(1e-9, 20), new_prefix(self))
-        )
+        self._newton = newton_alone(self, self.system, 20)
         for body in self.model.bodies:
             # a guess of resultants and assumed strains; then that of the step before serves
             here, q = dofs_of(body, _stresses(body)), self.levels[body.name].q
-            self._unknown[body.name].x.array[here] = q.x.array[here]
-
-    def velocity(self, body: str) -> fem.Function:
-        """Function that holds a body's velocities, the nearest ones that constraints allow."""
-        return self._velocity[body]
+            self.functions[body.name].x.array[here] = q.x.array[here]
 
     def solve(self, t: float, dt: float) -> None:
         """Take the state that was accepted last.
@@ -117,14 +80,9 @@ class EndForces(_Instant):
         """
         begin = t - dt
         found = self._problem.projection.nearest(lambda f: end_velocity(f.value, begin, dt))
-        for body, field in zip(self.model.bodies, self.fields, strict=True):
-            self._velocity[body.name].x.array[:] = found[body.name]
-            given = [
-                end_acceleration(f.value, begin, dt) if f.moving else np.zeros(len(f.dofs))
-                for f in body.fixed
-            ]
-            values = np.concatenate([*given, np.zeros(0)])
-            field.values[: len(values)] = values
+        for name, velocity in self.velocity.items():
+            velocity.x.array[:] = found[name]
+        self.hold(lambda f: end_acceleration(f.value, begin, dt))
         for sample in self._samples:
             sample.update(begin, dt, self._problem.start_factor)
         for follow in self._following:
@@ -134,7 +92,7 @@ class EndForces(_Instant):
     def _field(self, body: Body) -> Field:
         """Equations of one body."""
         name, space = body.name, body.mixed.space
-        unknown, v, q = self._unknown[name], self._velocity[name], self.levels[name].q
+        unknown, v, q = self.functions[name], self.velocity[name], self.levels[name].q
         dq = ufl.TestFunction(space)
         sample = Sample(
             q, Rates(v, v), body.loads(), ((1.0, 1.0),), fem.Constant(space.mesh, 0.0), 1.0
@@ -164,20 +122,7 @@ class EndForces(_Instant):
         # the others are linear in them: they are exact when these are
         parts = parts_of(body, "{} at the end of the step", STRESSES, "a smaller step")
         row = [added(forms)]
-        return body_field(body, unknown, row, self._numbers, parts, without=idle)
-
-
-class Impulses(_Instant):
-    """Impulses that make velocities consistent: those of the projection.
-
-    Args:
-        problem: The problem whose velocities they are of.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        projection = problem.projection
-        super().__init__(problem, projection.functions)
-        self.system, self.fields = projection.system, list(projection.fields.values())
+        return body_field(body, unknown, row, self.numbers, parts, without=idle)
 
 
 def begin_accelerations(

@@ -24,14 +24,7 @@ from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.start.stored import (
-    HISTORY,
-    Stored,
-    StoredFrame,
-    counted,
-    read_stored,
-    taken_up,
-)
+from shellmb.simulate.start.stored import HISTORY, Snapshot, Stored, counted, read_stored, taken_up
 
 # what of a body says which nodes it has
 MESH: tuple[str, ...] = (".surface", ".curve", ".mesh", ".elements", ".degree", ".cell", ".model")
@@ -110,11 +103,10 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
     moving = stored.dynamic and start.velocities and "v" in problem.scheme.rates
     for body in scene.meshed:
         _check_exact(body, who, "leave out at")
-    for body in scene.meshed:
         if body.rigid:
             raise SceneError(f"{who}: {said(body)} is rigid; frames are of its mesh, leave out at")
     with alike(problem.model.comm):
-        frame = StoredFrame(Path(start.run), start.at, who)
+        frame = Snapshot(Path(start.run), start.at, who)
         for each in scene.bodies:
             own, nodes, X, D = problem.model.nodes_of(each.name)
             (u, d), *rates = frame.nodes(scene, each.name, X, D.shape[1], moving)
@@ -216,11 +208,10 @@ def rotated(D: Floats, turns: Floats) -> Floats:
         D: The vectors, shape (n, m, 3).
         turns: Rotation vectors, shape (n, 3), rad.
     """
-    angle = np.linalg.norm(turns, axis=1)[:, None, None]
-    axis = turns[:, None, :] / np.where(angle > 0, angle, 1.0)
-    along = (axis * D).sum(axis=2, keepdims=True) * axis
-    found = along + np.cos(angle) * (D - along) + np.sin(angle) * np.cross(axis, D)
-    return np.asarray(np.where(angle > 0, found, D))
+    # a run without such a start does not load it
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(D @ Rotation.from_rotvec(turns).as_matrix().mT)
 
 
 def instant(model: Model, dt: float) -> float:

@@ -14,9 +14,9 @@ from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.consistent import Relaxation
 from shellmb.simulate.start.endforces import STRESSES, EndForces, begin_accelerations
 from shellmb.simulate.start.initial_state import count, instant, largest_misfit, load_state
-from shellmb.simulate.start.relaxation import Relaxation
 from shellmb.system.assembly.functionals import functionals
 
 # a joint is open if its ends are apart by more than this part of the scene's length
@@ -172,7 +172,11 @@ class Start:
         bound = self._tied or self._following or self.scene.supports
         given = self._taken or (self.scene.initial and bound)
         before = self._energy(_kinetic) if given else 0.0
-        self._given_velocities()
+        for body in self.model.bodies:
+            # held dofs have none, or that of their prescribed motion
+            v = self.problem.levels[body.name].rates["v"].x.array
+            for fixed in body.fixed:
+                v[fixed.dofs] = fixed.rate(RATE_STEP * self._dt)
         if self.scene.initial and not self.scene.assemble:
             contacts = self.model.mechanism.contacts
             rates = self.problem.projection.given() if contacts else {}
@@ -224,13 +228,6 @@ class Start:
             return ""
         said = ", ".join(f"'{name}'" for name in names)
         return f"; without inertia about an axis: {said}, give inertia, or a joint that holds it"
-
-    def _given_velocities(self) -> None:
-        """Velocities of held dofs: zero, or that of their prescribed motion."""
-        for body in self.model.bodies:
-            v = self.problem.levels[body.name].rates["v"].x.array
-            for fixed in body.fixed:
-                v[fixed.dofs] = fixed.rate(RATE_STEP * self._dt)
 
 
 def _kinetic(body: Body, levels: Levels) -> Form | None:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import la
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.native.library import cell_dofs
 from shellmb.system.assembly.fields import Field
 
@@ -68,6 +68,11 @@ class Numbering:
         self.local_to_global = np.concatenate(numbers) if numbers else np.zeros(0, dtype=np.int64)
         if np.any(self.local_to_global < 0):
             raise ValueError("a linked dof points to a dof that is linked itself")
+
+    def own(self, k: int, dofs: Int32s) -> Ints:
+        """Unknowns of this rank among some dofs of field `k`, counted from its first one."""
+        numbers = self.by_field[k][dofs] - self.start
+        return numbers[(numbers >= 0) & (numbers < self.owned)]
 
     def slice(self, k: int) -> slice:
         """Place of field `k` in the concatenated local arrays."""

@@ -182,12 +182,8 @@ def unknown_scales(system: BlockSystem) -> Floats:
 
 def owned_parts(system: BlockSystem) -> list[tuple[Part, Ints]]:
     """All parts, each with the places of its unknowns among those that this rank owns."""
-    n, found = system.numbering, []
-    for k, f in enumerate(system.fields):
-        for part in f.parts:
-            numbers = n.by_field[k][part.dofs] - n.start
-            found.append((part, numbers[(numbers >= 0) & (numbers < n.owned)]))
-    return found
+    own, fields = system.numbering.own, enumerate(system.fields)
+    return [(part, own(k, part.dofs)) for k, field in fields for part in field.parts]
 
 
 def joined(lists: Sequence[Ints]) -> tuple[Ints, Ints]:

@@ -15,7 +15,9 @@ from dolfinx import cpp, log  # type: ignore[attr-defined]
 
 from shellmb.errors import ConvergenceError
 from shellmb.guarding import silenced
-from shellmb.system.newton.iteration import Iteration
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.direct.mumps import new_prefix
+from shellmb.system.newton.iteration import Iteration, MakeLinear, NewtonSettings
 
 # DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a
 # smaller step
@@ -241,3 +243,18 @@ class SnesNewton:
 
 
 NEWTON: dict[str, Callable[[Iteration], Nonlinear]] = {"newton": LoopNewton, "snes": SnesNewton}
+
+
+def newton_alone(
+    owner: object, system: BlockSystem, iterations: int, linear: MakeLinear | None = None
+) -> Nonlinear:
+    """DOLFINx's solver for a system that is not that of the steps.
+
+    Args:
+        owner: Who has it.
+        system: The system.
+        iterations: At most so many.
+        linear: As of `Iteration`.
+    """
+    settings = NewtonSettings(1e-9, iterations)
+    return NEWTON["newton"](Iteration(system, settings, new_prefix(owner), linear))

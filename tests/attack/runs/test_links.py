@@ -9,7 +9,7 @@ from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError
 from shellmb.files.locks import FileLock
 from shellmb.files.writing import drafted, make_folder
-from shellmb.observers.columns import GrowingFile
+from shellmb.observers.history import GrowingFile
 from shellmb.running.resume import resume
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))

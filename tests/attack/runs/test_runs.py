@@ -19,9 +19,8 @@ from typer.testing import CliRunner
 from shellmb.cli import app
 from shellmb.errors import RunError, SceneError, Stopped
 from shellmb.files.locks import FileLock
-from shellmb.observers.columns import GrowingFile
 from shellmb.observers.files.gridfiles import GridFiles
-from shellmb.observers.history import read_history
+from shellmb.observers.history import GrowingFile, read_history
 from shellmb.running import execute as executing
 from shellmb.running.execute import execute
 from shellmb.running.loader import load

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from shellmb.arrays import Floats
 from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.observers.deferred_observer import STEPS
+from shellmb.observers.deferred import STEPS
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import (
     GROUND,

@@ -32,13 +32,6 @@ type Mark = tuple[int, int, bool, Row]
 type Find = Callable[[slice, Floats], None]
 
 
-def _together(simulation: Simulation) -> int:
-    """Number of steps that are booked together."""
-    # a rank may have none
-    size = max(1, len(simulation.problem.system.numbering.local_to_global))
-    return min(STEPS, NUMBERS // size + 1)
-
-
 class StepValues:
     """Numbers that are found in each step, and read for several steps at a time.
 
@@ -177,7 +170,10 @@ class DeferredObserver(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Take the step."""
-        self._most = self._most or _together(simulation)
+        if not self._most:
+            # a rank may have none
+            size = max(1, len(simulation.problem.system.numbering.local_to_global))
+            self._most = min(STEPS, NUMBERS // size + 1)
         if self._taken >= self._most:
             # nobody requests the state before the last step any more: another one is solved
             taken, self._taken = self._taken, 0
