@@ -23,10 +23,10 @@ from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import linear, places_of, spot_of
-from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Gravity, Motor, Probe, Scene
 from shellmb.scene.control.signals import Commanded, Input
+from shellmb.scene.schemes import SIMPLEST
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -172,7 +172,7 @@ def with_inputs(
         SceneError: If a controller moves a driver.
     """
     # what has no mass is told before ground accelerates it
-    scene = in_motion(without_commands(scene, control))
+    scene = without_commands(scene, control).with_options(scheme=SIMPLEST)
     found: dict[str, Perturbation] = {}
 
     def new(name: str, given: Any = None, command: Any = None, idle: bool = False) -> Perturbation:

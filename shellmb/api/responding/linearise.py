@@ -22,7 +22,7 @@ from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import LinearOptions, ResponseOptions
 from shellmb.options.run import ELEMENTS, Options
-from shellmb.running.natural_modes.vibration import equilibrium
+from shellmb.running.natural_modes.equilibrium import equilibrium
 from shellmb.running.resume import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation
@@ -197,8 +197,6 @@ def about_state(
         said = re.sub("^(modes|matrices|resume): ", "linearise: ", str(error))
         if isinstance(error, ConvergenceError):
             raise error.reworded(said) from error
-        if said.startswith("statics: nothing holds"):
-            said += "; or give at=0.0 in place of 'equilibrium', if the scene begins in balance"
         raise SceneError(said) from None
 
 
@@ -210,8 +208,7 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
         held = without_commands(scene)
         check_state(held, "")
         still = equilibrium(held, comm)
-        still.run()
-        moving = MovingState(changed, *still.saved(), comm, 0.0)
+        moving = MovingState(changed, still.arrays, still.counters, comm, 0.0)
         return moving, inputs, "the static equilibrium"
     line = Axis((0.0, 0.0, 1.0))
     if rate:

@@ -17,10 +17,10 @@ from shellmb.native.assembler import assembled_as
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.modal.tangent import tangent
+from shellmb.running.natural_modes.equilibrium import Equilibrium, equilibrium
 from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.eigenmodes import Lowest, lowest
-from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import BlockSystem
 
 Shape = dict[str, Floats]
@@ -124,47 +124,25 @@ def natural_modes(
         ConvergenceError: If the static state or the eigenproblem does not converge, or there are
             fewer modes than wanted.
     """
+    check_count(count)
     return modes_about(scene, comm, count, equilibrium(scene, comm) if loaded else None)
 
 
-def equilibrium(scene: Scene, comm: MPI.Comm) -> Simulation:
-    """Static run of a scene to its end, before it begins.
-
-    Args:
-        scene: The scene; its scheme does not matter.
-        comm: Communicator.
-    """
-    return Simulation(scene.with_options(scheme="static"), comm)
-
-
-def in_motion(scene: Scene) -> Scene:
-    """The scene with a scheme that has velocities; how it steps does not matter.
-
-    Args:
-        scene: The scene.
-    """
-    return scene.with_options(scheme=SIMPLEST)
-
-
-def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | None) -> Modes:
+def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Equilibrium | None) -> Modes:
     """Natural modes as of `natural_modes`, without what resists velocities.
 
     Args:
         scene: The scene.
         comm: Communicator.
         count: Number of modes wanted, rigid-body modes included.
-        state: Static run whose end they are about, which is run here; None: the reference.
+        state: The equilibrium that they are about; None: the reference.
     """
-    check_count(count)
-    moving = in_motion(scene)
-    # forces of joints and supports are those of the equilibrium, in its unit
-    model, _ = checked_model(moving, comm, None if state is None else state.model.force)
     if state is None:
+        model, _ = checked_model(scene.with_options(scheme=SIMPLEST), comm)
         system, stiffness, mass = tangent(model)
     else:
-        state.run()
-        end, t = state.problem.start_factor, state.t
-        system, stiffness, mass = tangent(model, state.arrays(), lambda of: end(t, of))
+        model = state.model
+        system, stiffness, mass = tangent(model, state.arrays, state.factor)
     found = lowest(model, system, stiffness, mass, count, state is not None)
     shapes = [mode_shape(system, model, vector) for vector in found.vectors]
     values = found.values
@@ -191,16 +169,10 @@ def check_count(count: int) -> None:
 
 
 def _doubtful(
-    model: Model, system: BlockSystem, found: Lowest, simulation: Simulation | None
+    model: Model, system: BlockSystem, found: Lowest, about: Equilibrium | None
 ) -> list[str]:
     """Sentences on bodies that are too stiff or too soft in modes; collective."""
-    state = None
-    if simulation is not None:
-        arrays = simulation.arrays()
-
-        def state(name: str) -> Floats:
-            return arrays[f"{name}/q"]
-
+    state = None if about is None else lambda name: about.arrays[f"{name}/q"]
     modes = [
         Motion(k + 1, found.energies[k], (part,))
         for k, part in enumerate(parts_of(system, found.vectors))

@@ -13,11 +13,11 @@ from shellmb.arrays import Bools, Complex, Floats
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.body import Body, Rates
 from shellmb.native.assembler import assembled_as
-from shellmb.running.natural_modes.vibration import Modes, Shape, equilibrium, modes_about
+from shellmb.running.natural_modes.equilibrium import Equilibrium, equilibrium
+from shellmb.running.natural_modes.vibration import Modes, Shape, check_count, modes_about
 from shellmb.running.rotating.modes import SPARE, modes_of
 from shellmb.running.rotating.state import MovingState, check_state
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Simulation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +74,7 @@ def modes_at_rest(
         SceneError: As `natural_modes`.
         ConvergenceError: As `natural_modes`.
     """
+    check_count(count)
     state = equilibrium(scene, comm) if loaded else None
     found = modes_about(scene, comm, count, state)
     resisting = [body.name for body in found.model.bodies if _resists(body)]
@@ -93,10 +94,10 @@ def modes_at_rest(
         )
 
 
-def _damped(scene: Scene, state: Simulation, undamped: Modes, count: int) -> DampedModes:
+def _damped(scene: Scene, state: Equilibrium, undamped: Modes, count: int) -> DampedModes:
     """Modes with damping about an equilibrium, of which those without are known; collective."""
     check_state(scene, "")
-    moving = MovingState(scene, *state.saved(), undamped.model.comm, 0.0)
+    moving = MovingState(scene, state.arrays, state.counters, undamped.model.comm, 0.0)
     # those of a diagram at the rate zero
     found = modes_of(moving, count, SPARE)
     values = found.values[:count]
