@@ -354,7 +354,10 @@ def test_bad_input_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="axis and about are given without rate"):
         sm.linearise(strip(), axis=(0, 0, 1))
     with pytest.warns(sm.ShellmbWarning, match="'all' is left out, as a norm is not linear"):
-        assert not sm.linearise(strip(probes=sm.Probe("all", TIP, component="norm"))).outputs
+        unseen = sm.linearise(strip(probes=sm.Probe("all", TIP, component="norm")))
+    assert not unseen.outputs
+    with pytest.raises(SceneError, match=r"output is 'all', which is none \(a norm is not linear"):
+        sm.response(unseen, outputs="all", frequencies=[1.0])
     found = sm.linearise(strip())
     with pytest.raises(SceneError, match="input is 'load3'; it must be one of 'load1', 'load2'"):
         found.select(inputs=["load3"])

@@ -14,7 +14,7 @@ from ufl.algorithms.ad import expand_derivatives
 
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats, Ints
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.signals import Signals
@@ -281,17 +281,17 @@ def outputs(
     Raises:
         SceneError: If there is no node at a probe's point.
     """
-    found: dict[str, Output] = {}
-    for probe in scene.probes:
-        if why := _unfit(state, probe):
-            warn(f"linearise: probe '{probe.name}' is left out, as {why}")
-        else:
-            found[probe.name] = _probe(state, probe, times)
+    found = {p.name: _probe(state, p, times) for p in scene.probes if not unfit(state, p)}
     return found | _joints(state, K) if joints else found
 
 
-def _unfit(state: Linearised, probe: Probe) -> str:
-    """Say why a probe is no linear output; empty where it is one."""
+def unfit(state: Linearised, probe: Probe) -> str:
+    """Say why a probe is no linear output; empty where it is one.
+
+    Args:
+        state: The state.
+        probe: The probe.
+    """
     if probe.component == "norm":
         return "a norm is not linear in small motions; give component 0, 1 or 2"
     if probe.frame is not None:

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.channels import columns, outputs, with_inputs, without_commands
+from shellmb.api.responding.channels import columns, outputs, unfit, with_inputs, without_commands
 from shellmb.api.responding.curves import check_response
 from shellmb.api.responding.reduction import Unknowns, scipy_matrix
 from shellmb.api.responding.response import Response, find
@@ -246,6 +246,9 @@ def _system_of(
     branches = state.branches(columns=True)
     matrices, times = (*state.matrices(columns=True), *branches.values()), tuple(branches)
     rest = isinstance(state, SteadyRotation) and not state.rate
+    unseen = {probe.name: why for probe in scene.probes if (why := unfit(state, probe))}
+    for name, why in unseen.items():
+        warn(f"linearise: probe '{name}' is left out, as {why}")
     seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=rest, times=times)
     rows = np.zeros((len(matrices), len(seen), state.system.size))
     for k, one in enumerate(seen.values()):
@@ -261,7 +264,7 @@ def _system_of(
     said = f"scene '{scene.name}' about {about}"
     names = tuple(inputs), tuple(seen)
     of = M, C, K, *driven, *names
-    system = LinearSystem(*of, said, kept, state.shift, times, tuple(relaxing))
+    system = LinearSystem(*of, said, kept, state.shift, times, tuple(relaxing), unseen)
     _doubt(state, system)
     return system
 
