@@ -65,7 +65,7 @@ def equilibrium(scene: Scene, comm: MPI.Comm) -> Equilibrium:
 
 
 def _at_rest(scene: Scene, comm: MPI.Comm) -> Equilibrium:
-    """Where bodies come to rest that nothing but their loads holds, as pendulums do."""
+    """Equilibrium in which bodies come to rest that only their loads hold, as pendulums do."""
     model, _ = checked_model(scene.with_options(scheme=SIMPLEST), comm)
     levels = {
         body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)

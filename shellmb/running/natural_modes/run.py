@@ -72,7 +72,7 @@ def find_modes(
             "warnings": modes.warnings,
             "elements": modes.model.elements,
         }
-        rows = zip(modes.frequencies, modes.omega, modes.growth, ~modes.growing, strict=True)
+        rows = zip(modes.frequencies, modes.omega, modes.growth, modes.growth <= 0, strict=True)
         lines = [
             f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(stable)}"
             for k, (f, w, g, stable) in enumerate(rows, start=1)

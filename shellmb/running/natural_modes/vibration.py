@@ -8,7 +8,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.modes import SECTIONS, beside_better
 from shellmb.errors import SceneError, petsc_in_words
@@ -28,61 +28,56 @@ Shape = dict[str, Floats]
 
 @dataclass(frozen=True)
 class Modes:
-    """Natural modes, lowest first.
+    """Natural modes, lowest first; with damping those with the smallest eigenvalues first.
 
     Args:
-        omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable. Of
-            complex ones, which come in pairs where loads follow the bodies, the real parts.
-        shapes: For each mode, by the body's name in the system, the displacement of a shell or a
-            beam at this rank's nodes, shape (n, 3), and of the rigid bodies of this rank the
-            displacement of the centre and the changes of the three directors, shape (n, 12).
+        squares: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable. Complex
+            ones come in pairs where loads follow the bodies.
+        omega: Angular frequencies, rad/s; a mode that grows without swinging has a negative one.
+        growth: Rates at which modes grow, `exp(growth t)`, 1/s; negative where dampers resist them.
+        fields: Fields of each mode by name, as files have them: by the body's name in the system,
+            the displacement of a shell or a beam at this rank's nodes, shape (n, 3), and of the
+            rigid bodies of this rank the displacement of the centre and the changes of the three
+            directors, shape (n, 12).
         model: The model, with the nodes' positions.
         unknowns: Number of unknowns of the eigenproblem.
         rigid: Number of rigid-body modes, which are the first ones.
-        imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
         doubtful: Warnings about bodies that are too stiff, as their elements lock, on modes that
             these hardly resist, and on bodies that forces do not stiffen, as their strains are
             small.
     """
 
-    omega2: Floats
-    shapes: list[Shape]
+    squares: Complex
+    omega: Floats
+    growth: Floats
+    fields: list[dict[str, Shape]]
     model: Model
     unknowns: int
     rigid: int
-    imaginary: Floats
     unstable: int | None
     doubtful: Sequence[str] = ()
 
     @property
-    def omega(self) -> Floats:
-        """Angular frequencies, rad/s; a mode that grows without swinging has a negative one."""
-        root = np.sqrt(self.omega2 + 1j * self.imaginary)
-        return np.where(self.imaginary == 0.0, np.sign(self.omega2) * np.abs(root), root.real)
+    def omega2(self) -> Floats:
+        """Real parts of the squares."""
+        return self.squares.real
 
     @property
-    def growth(self) -> Floats:
-        """Rates at which modes grow, `exp(growth t)`, 1/s; zero of those that do not."""
-        root = np.sqrt(self.omega2 + 1j * self.imaginary)
-        grows = np.arange(len(root)) >= self.rigid
-        return np.where(grows, np.abs(root.imag), 0.0)
+    def imaginary(self) -> Floats:
+        """Imaginary parts of the squares, zero where these are real."""
+        return self.squares.imag
 
     @property
-    def growing(self) -> Bools:
-        """Modes that grow."""
-        return self.growth > 0
-
-    @property
-    def fields(self) -> list[dict[str, Shape]]:
-        """Fields of each mode by name, as files have them."""
-        return [{"displacement": shape} for shape in self.shapes]
+    def shapes(self) -> list[Shape]:
+        """Displacements of each mode, with damping their real parts."""
+        return [fields["displacement"] for fields in self.fields]
 
     @property
     def warnings(self) -> list[str]:
         """Warnings that the state is unstable, or that bodies are too stiff or too soft."""
         said, growth = [], self.growth
-        places = np.flatnonzero(self.growing)
+        places = np.flatnonzero(growth > 0)
         if len(places):
             k = int(places[np.argmax(growth[places])])
             numbers = ", ".join(str(n + 1) for n in places)
@@ -144,17 +139,13 @@ def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Equilibrium | N
         model = state.model
         system, stiffness, mass = tangent(model, state.arrays, state.factor)
     found = lowest(model, system, stiffness, mass, count, state is not None)
-    shapes = [mode_shape(system, model, vector) for vector in found.vectors]
-    values = found.values
+    squares, root = found.values, np.sqrt(found.values)
+    swung = np.where(squares.imag == 0.0, np.sign(squares.real) * np.abs(root), root.real)
+    growth = np.where(np.arange(len(root)) >= found.rigid, np.abs(root.imag), 0.0)
+    fields = [{"displacement": mode_shape(system, model, v)} for v in found.vectors]
+    doubtful = _doubtful(model, system, found, state)
     return Modes(
-        values.real,
-        shapes,
-        model,
-        system.size,
-        found.rigid,
-        values.imag,
-        found.unstable,
-        _doubtful(model, system, found, state),
+        squares, swung, growth, fields, model, system.size, found.rigid, found.unstable, doubtful
     )
 
 

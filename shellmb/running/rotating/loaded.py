@@ -1,7 +1,6 @@
 """Modes about the static equilibrium under loads: with what resists velocities, complex ones."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mpi4py import MPI
 
@@ -9,50 +8,14 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from shellmb.arrays import Bools, Complex, Floats
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.body import Body, Rates
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.equilibrium import Equilibrium, equilibrium
-from shellmb.running.natural_modes.vibration import Modes, Shape, check_count, modes_about
+from shellmb.running.natural_modes.vibration import Modes, check_count, modes_about
 from shellmb.running.rotating.modes import SPARE, modes_of
 from shellmb.running.rotating.state import MovingState, check_state
 from shellmb.scene import Scene
-
-
-@dataclass(frozen=True, kw_only=True)
-class DampedModes(Modes):
-    """Modes `exp(s t)` of what resists velocities, those with the smallest `s` first.
-
-    Args:
-        values: Eigenvalues `s`, of a complex pair one, of real ones all, 1/s.
-        grows: Numbers of the modes that grow, from 1.
-        parts: Real and imaginary part of each mode, as `fields`.
-    """
-
-    values: Complex
-    grows: Sequence[int]
-    parts: list[dict[str, Shape]]
-
-    @property
-    def omega(self) -> Floats:
-        """Damped angular frequencies, rad/s; 0 of what does not swing."""
-        return np.asarray(self.values.imag)
-
-    @property
-    def growth(self) -> Floats:
-        """Rates at which modes grow, or decay if negative, 1/s; zero of rigid ones."""
-        return np.where(np.arange(len(self.values)) < self.rigid, 0.0, self.values.real)
-
-    @property
-    def growing(self) -> Bools:
-        """Modes that grow."""
-        return np.isin(np.arange(1, len(self.values) + 1), self.grows)
-
-    @property
-    def fields(self) -> list[dict[str, Shape]]:
-        """Real and imaginary part of each mode."""
-        return self.parts
 
 
 @petsc_in_words()
@@ -94,26 +57,24 @@ def modes_at_rest(
         )
 
 
-def _damped(scene: Scene, state: Equilibrium, undamped: Modes, count: int) -> DampedModes:
+def _damped(scene: Scene, state: Equilibrium, undamped: Modes, count: int) -> Modes:
     """Modes with damping about an equilibrium, of which those without are known; collective."""
     check_state(scene, "")
     moving = MovingState(scene, state.arrays, state.counters, undamped.model.comm, 0.0)
     # those of a diagram at the rate zero
     found = modes_of(moving, count, SPARE)
-    values = found.values[:count]
-    squares = -(values**2)
-    return DampedModes(
-        squares.real,
-        [real for real, _ in found.shapes[:count]],
-        found.model,
-        found.unknowns,
-        min(found.rigid, count),
-        squares.imag,
-        undamped.unstable,
-        undamped.doubtful,
-        values=values,
-        grows=[k for k in found.unstable if k <= count],
-        parts=found.fields[:count],
+    values, number, rigid = found.values[:count], np.arange(1, count + 1), min(found.rigid, count)
+    # of what swings without end round-off may grow
+    grows = (values.real <= 0) | np.isin(number, found.unstable)
+    return replace(
+        undamped,
+        squares=-(values**2),
+        omega=values.imag,
+        growth=np.where((number > rigid) & grows, values.real, 0.0),
+        fields=found.fields[:count],
+        model=found.model,
+        unknowns=found.unknowns,
+        rigid=rigid,
     )
 
 
