@@ -12,7 +12,7 @@ from shellmb.accuracy.estimates import (
     mesh_error,
     model_error,
 )
-from shellmb.accuracy.family import Change, degree_of, is_reduced, prefers_degree
+from shellmb.accuracy.family import Change, degree_of, prefers_degree, reduced
 from shellmb.errors import ShellmbError, Stopped, unsaid
 from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured
@@ -52,7 +52,7 @@ def mode_errors(
         parts["mesh"] = [Change(mesh=2, body=body)]
     if degree_of(scene) == 2:
         parts["mesh"].insert(0 if prefers_degree(scene) else 1, Change(degree=3, body=body))
-    if is_reduced(scene):
+    if reduced(scene):
         parts["model"] = [Change(exact=True)]
     errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}
     remarks = of_own(scene)

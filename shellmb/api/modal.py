@@ -61,10 +61,8 @@ def modes(
 
     scene = scene_of(scene, options, "modes")
     chosen, accuracy = take(ModesOptions, options, loaded=loaded), take_accuracy(options)
-    if accuracy is not None or options.get("errors"):
-        chosen.check_errors()
+    chosen.check(accuracy is not None or bool(options.get("errors")))
     wanted = requested(scene, parameters, **options)
-    chosen.check()
     place = placed(out, comm)
     draw = out is not None if pictures is None else pictures
     made = write_modes(wanted, chosen, accuracy, count, place.directory, place.comm, draw)

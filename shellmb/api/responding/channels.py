@@ -27,6 +27,7 @@ from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Gravity, Motor, Probe, Scene
 from shellmb.scene.control.signals import Commanded, Input
 from shellmb.scene.schemes import SIMPLEST
+from shellmb.sensitivity.adjoint.objective import FOURTH
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -240,12 +241,10 @@ def columns(state: Linearised, inputs: dict[str, Perturbation]) -> tuple[Floats,
     for k, one in enumerate(inputs.values()):
         one.add(1.0)
         forces[:, k] = none - residual()
-        values = []
-        for times in (-2, -1, 1, 2):
+        for times, weight in FOURTH:
             one.add(times * ANGLE)
-            values.append(_given(state))
+            motions[:, k] += weight / ANGLE * _given(state)
         one.add(0.0)
-        motions[:, k] = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * ANGLE)
     forces[state.system.fixed] = 0.0
     return forces, motions
 

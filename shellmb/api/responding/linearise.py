@@ -136,8 +136,6 @@ def response(
     chosen = take(ResponseOptions, options)
     check_response(chosen)
     if out is not None:
-        from mpi4py import MPI
-
         from shellmb.running.directory import refuse_used
 
         refuse_used(Path(out), MPI.COMM_SELF)
