@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.api.modeshapes import ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run, scene_of
-from shellmb.api.runs import Requested, requested
+from shellmb.api.runs import Requested, placed, requested
 from shellmb.errors import TooFewModesError
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import ModesOptions
@@ -57,8 +57,6 @@ def modes(
         SceneError: If a body has no mass, or the scene is impossible.
         ConvergenceError: If the static state or the modes do not converge.
     """
-    from shellmb.api.folders import placed
-
     scene = scene_of(scene, options, "modes")
     chosen, accuracy = take(ModesOptions, options, loaded=loaded), take_accuracy(options)
     chosen.check(accuracy is not None or bool(options.get("errors")))

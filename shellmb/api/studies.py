@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from shellmb.api.folders import path_of
-from shellmb.api.runs import as_text
+from shellmb.api.runs import as_text, path_of
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options, StudyOptions

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from shellmb.api.folders import placed
 from shellmb.api.modal import at_most, modes
+from shellmb.api.runs import placed
 from shellmb.api.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
 from shellmb.errors import SceneError, warn
 from shellmb.files.writing import write_text
