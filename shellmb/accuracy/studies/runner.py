@@ -220,8 +220,8 @@ def run_once(
     """
     clock = Steps()
     # what a scene measures may need the whole of its time: it is asked only where it is needed
-    asked = any(q.norm is None for q in quantities)
-    requested = sweep.base.module.results if asked else lambda run: {}
+    needed = any(q.norm is None for q in quantities)
+    requested = sweep.base.module.results if needed else lambda run: {}
     scene = sweep.base.build(choice)
     try:
         result = execute(scene, None, [clock], comm=comm, pictures=False, results=requested)
