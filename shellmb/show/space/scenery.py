@@ -400,15 +400,6 @@ def side_by_side(parts: Sequence[Image], columns: int) -> Image:
     return whole
 
 
-def still(what: Showing) -> Image:
-    """The first state as an image.
-
-    Args:
-        what: What is shown.
-    """
-    return next(iter(images(what)))
-
-
 def show(what: Showing) -> None:
     """The first state in a window that can be turned.
 
