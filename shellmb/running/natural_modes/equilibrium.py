@@ -8,17 +8,14 @@ from typing import Any
 
 from mpi4py import MPI
 
-from dolfinx import fem
-
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, UnheldError
 from shellmb.model.body import TimeFunction
 from shellmb.model.model import Model
 from shellmb.preprocessing.checked_model import checked_model
-from shellmb.running.rotating.linearised import check_closed
+from shellmb.running.rotating.linearised import as_given, check_closed
 from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
-from shellmb.schemes.base import Levels
 from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.start.relaxation import Relaxation
@@ -67,10 +64,7 @@ def equilibrium(scene: Scene, comm: MPI.Comm) -> Equilibrium:
 def _at_rest(scene: Scene, comm: MPI.Comm) -> Equilibrium:
     """Equilibrium in which bodies come to rest that only their loads hold, as pendulums do."""
     model, _ = checked_model(scene.with_options(scheme=SIMPLEST), comm)
-    levels = {
-        body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
-        for body in model.bodies
-    }
+    levels = as_given(model)
     if not scene.assemble:
         check_closed(model, levels)
     t = scene.t_end

@@ -235,10 +235,7 @@ class SteadyRotation(Linearised):
         self.loaded, self.scene = loaded, scene
         model, _ = checked_model(still, comm)
         frames = {body.name: RotatingFrame(body, axis) for body in model.bodies}
-        levels = {
-            body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
-            for body in model.bodies
-        }
+        levels = as_given(model)
         check_closed(model, levels)
         super().__init__(model, axis, frames, levels, still.t_end if loaded else 0.0, loaded)
 
@@ -286,6 +283,14 @@ class SteadyRotation(Linearised):
             tau *= GROWTH if moved > SLOW * before else 1.0
             before = moved
         raise ConvergenceError(f"nothing came to rest in {STEPS} steps")
+
+
+def as_given(model: Model) -> dict[str, Levels]:
+    """Functions of bodies that are where the scene has them."""
+    return {
+        body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
+        for body in model.bodies
+    }
 
 
 def check_closed(model: Model, levels: dict[str, Levels]) -> None:
