@@ -35,6 +35,8 @@ CROWDED = ((1.0, 16), (1.37, 16))
 # but so many times the round-off of stiffness and spin: of bodies that spin up to 5e5 were seen.
 NEUTRAL, FOUND, NOISE = 3e-3, 1e-5, 5e6
 
+# all that is so slow is nearer to the shift than this part of it, and found before what is not
+BEYOND = 1.01
 # iterations of each; what does not crowd takes ten
 MOST = 100
 
@@ -195,7 +197,8 @@ def motions(
         return [], above
     K, C, M = matrices
     least = math.ceil(sum(1 if pair.value.imag == 0 else 2 for pair in zero) / 2)
-    if C.norm() > 0 and is_symmetric(K):
+    complete = any(abs(pair.value - shift) > BEYOND * shift for pair in above)
+    if complete and C.norm() > 0 and is_symmetric(K):
         slow = sum(abs(pair.value) < NEUTRAL * shift for pair in above)
         least = max(least, _unheld(K, M, NEUTRAL * shift) - slow)
     return _shapes(zero, least, M), above
