@@ -21,6 +21,10 @@ class SceneError(ShellmbError):
     """
 
 
+class UnheldError(SceneError):
+    """Motions of a static scene that no support, joint or spring holds; its loads may."""
+
+
 class ShellmbWarning(UserWarning):
     """Warning about a choice that is hardly meant or an unreliable result, in one sentence.
 

@@ -31,8 +31,8 @@ from shellmb.accuracy.family import (
     degree_of,
     elements_of,
     has_resultants,
-    is_reduced,
     prefers_degree,
+    reduced,
 )
 from shellmb.accuracy.run_record import RunRecord, damped, difference, keep
 from shellmb.accuracy.studies.quantity import Quantity
@@ -300,7 +300,7 @@ def _others(scene: Scene, coarse: Change) -> list[tuple[str, Change, float]]:
     found = []
     if scene.solver.tolerance > LOOSE:
         found.append(("newton", replace(coarse, tolerance=1 / LOOSER), 1 - 1 / LOOSER))
-    if is_reduced(scene):
+    if reduced(scene):
         found.append(("model", replace(coarse, exact=True), 1.0))
     if scene.contacts:
         found.append(("contact", replace(coarse, stiffness=STIFFER), 1 - 1 / STIFFER))

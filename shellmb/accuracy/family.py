@@ -68,7 +68,8 @@ class Change:
         if self.scheme is not None and self.scheme != scene.scheme_name:
             scene = scene.with_options(scheme=self.scheme)
         if self.exact:
-            scene = _exact(scene)
+            for body in reduced(scene):
+                scene = scene.with_options(model="exact", body=body.name)
         if self.mesh != 1:
             scene = scene.with_options(divide=self.mesh, body=self.body)
         if self.coarser != 1:
@@ -202,22 +203,12 @@ def sides_of(bodies: Iterable[Any]) -> list[int]:
     return [n for b in bodies for n in b.sides]
 
 
-def is_reduced(scene: Scene) -> bool:
-    """Decide whether a body deforms in modes, or by small strains about a frame.
+def reduced(scene: Scene) -> list[Any]:
+    """Bodies that deform in modes, or by small strains about a frame.
 
     Args:
         scene: The scene.
     """
-    return bool(_reduced(scene))
-
-
-def _exact(scene: Scene) -> Scene:
-    for body in _reduced(scene):
-        scene = scene.with_options(model="exact", body=body.name)
-    return scene
-
-
-def _reduced(scene: Scene) -> list[Any]:
     return [b for b in scene.meshed if b.linear or b.modes]
 
 

@@ -12,11 +12,10 @@ from shellmb.accuracy.estimates import (
     mesh_error,
     model_error,
 )
-from shellmb.accuracy.family import Change, degree_of, is_reduced, prefers_degree
+from shellmb.accuracy.family import Change, degree_of, prefers_degree, reduced
 from shellmb.errors import ShellmbError, Stopped, unsaid
-from shellmb.running.natural_modes.vibration import Modes
+from shellmb.running.natural_modes.vibration import Modes, natural_modes
 from shellmb.running.results import measured
-from shellmb.running.rotating.loaded import modes_at_rest
 from shellmb.scene import Scene
 
 # relative error up to which elements follow the waves of a mode, and the share of it that higher
@@ -52,7 +51,7 @@ def mode_errors(
         parts["mesh"] = [Change(mesh=2, body=body)]
     if degree_of(scene) == 2:
         parts["mesh"].insert(0 if prefers_degree(scene) else 1, Change(degree=3, body=body))
-    if is_reduced(scene):
+    if reduced(scene):
         parts["model"] = [Change(exact=True)]
     errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}
     remarks = of_own(scene)
@@ -119,7 +118,7 @@ def _companion(
     comm, why = modes.model.comm, ""
     for change in changes:
         try:
-            found = modes_at_rest(change.apply(scene), comm, len(modes.omega2), loaded)
+            found = natural_modes(change.apply(scene), comm, len(modes.omega2), loaded)
             numbers = {} if results is None else measured(results, found, comm, "mode_results")
         except Stopped:
             raise

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.api.modeshapes import ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run, scene_of
-from shellmb.api.runs import Requested, requested
+from shellmb.api.runs import Requested, placed, requested
 from shellmb.errors import TooFewModesError
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import ModesOptions
@@ -57,14 +57,10 @@ def modes(
         SceneError: If a body has no mass, or the scene is impossible.
         ConvergenceError: If the static state or the modes do not converge.
     """
-    from shellmb.api.folders import placed
-
     scene = scene_of(scene, options, "modes")
     chosen, accuracy = take(ModesOptions, options, loaded=loaded), take_accuracy(options)
-    if accuracy is not None or options.get("errors"):
-        chosen.check_errors()
+    chosen.check(accuracy is not None or bool(options.get("errors")))
     wanted = requested(scene, parameters, **options)
-    chosen.check()
     place = placed(out, comm)
     draw = out is not None if pictures is None else pictures
     made = write_modes(wanted, chosen, accuracy, count, place.directory, place.comm, draw)

@@ -271,9 +271,9 @@ class Run(StoredResult):
         Raises:
             SceneError: If there is no such field, component or appearance.
         """
-        from shellmb.show.space.scenery import still
+        from shellmb.show.space.scenery import images
 
-        return still(self._showing(t, field, component, appearance))
+        return next(images(self._showing(t, field, component, appearance)))
 
     def _showing(
         self, t: float | None, field: str | None, component: Any, appearance: dict[str, Any]

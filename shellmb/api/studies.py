@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from shellmb.api.folders import path_of
-from shellmb.api.runs import as_text
+from shellmb.api.runs import as_text, path_of
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options, StudyOptions
@@ -33,25 +32,20 @@ class Study:
     @property
     def table(self) -> pd.DataFrame:
         """A row for each quantity and configuration: choices, error, time, steps, iterations."""
-        rows = []
-        for finding in self.findings:
-            for p in finding.judged.points:
-                row: dict[str, Any] = {"quantity": str(finding.judged.quantity)}
-                row |= p.choice.to_dict()
-                row |= {"error": p.error, "below_reference": p.below, "time_s": p.time_s}
-                row |= {"steps": p.steps, "iterations": p.iterations, "failed": p.failed}
-                rows.append(row)
-        return pd.DataFrame(rows)
+        names = {"error": "error", "below": "below_reference", "time_s": "time_s"}
+        names |= {name: name for name in ("steps", "iterations", "failed")}
+        return pd.DataFrame(
+            {"quantity": str(f.judged.quantity), **p.choice.to_dict()}
+            | {shown: getattr(p, name) for name, shown in names.items()}
+            for f in self.findings
+            for p in f.judged.points
+        )
 
     @property
     def orders(self) -> pd.DataFrame:
         """Observed orders."""
-        rows = [
-            {"quantity": str(f.judged.quantity), **asdict(o)}
-            for f in self.findings
-            for o in f.orders
-        ]
-        return pd.DataFrame(rows)
+        rows = ((str(f.judged.quantity), order) for f in self.findings for order in f.orders)
+        return pd.DataFrame({"quantity": quantity, **asdict(order)} for quantity, order in rows)
 
     @property
     def advice(self) -> str:

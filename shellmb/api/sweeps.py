@@ -17,7 +17,7 @@ from typing import Any
 
 import pandas as pd
 
-from shellmb.api.folders import path_of
+from shellmb.api.runs import path_of, run
 from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.files.writing import write_text
 from shellmb.options.described import options_of, takes
@@ -132,8 +132,6 @@ def run_case(
     Returns:
         The columns of its row but the parameters.
     """
-    from shellmb.api.runs import run
-
     row: dict[str, Any] = {"failed": ""}
     try:
         if place is not None and place.exists():

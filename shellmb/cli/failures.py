@@ -119,7 +119,9 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
                         _end_alone(traceback.format_exc(), 1)
                     raise
                 failure = error
-                if _may_be_alone(error) or not met():
+                shared = isinstance(error, ShellmbError | KeyboardInterrupt)
+                alone = several_ranks() and (not shared or getattr(error, "alone", False))
+                if alone or not met():
                     _end_alone(sentence, code)
                 tell(sentence)
                 STOPPING.answered()
@@ -182,12 +184,6 @@ def _sentence(error: BaseException) -> tuple[str, int]:
         notes = "; ".join(["", *getattr(error, "__notes__", [])])
         return f"error: a function of the scene fails: {in_words(error)}{notes}", 1
     return "", 1
-
-
-def _may_be_alone(error: BaseException) -> bool:
-    """Decide whether the other ranks may not have met with the same."""
-    alone = not isinstance(error, ShellmbError | KeyboardInterrupt)
-    return several_ranks() and (alone or getattr(error, "alone", False))
 
 
 def _end_alone(sentence: str, code: int) -> None:

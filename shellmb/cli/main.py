@@ -205,9 +205,7 @@ def modes(
     elements["errors"] = elements["errors"] or None
     wanted, state = requested_run(scene, chosen.state, chosen.at is not None, parameters, elements)
     chosen, module = replace(chosen, state=state), wanted.module
-    if accuracy is not None or elements["errors"]:
-        chosen.check_errors()
-    chosen.check()
+    chosen.check(accuracy is not None or bool(elements["errors"]))
     if check and (chosen.moving or chosen.buckling):
         raise SceneError(
             "modes: --check is given with a state of a run or --buckling; leave it out"
@@ -306,17 +304,11 @@ def _reports(scene: str, quiet: bool, levels: bool) -> dict[str, Any]:
     """Say how a run goes: what is told of levels, and the observers of a run by itself."""
     # said when all is loaded, as a signal in between must leave one line
     how: dict[str, Any] = {"begin": partial(announce, scene, quiet)}
-    if levels:
-        return how if quiet else how | {"tell": tell}
-    return how | {"observers": _observers(quiet)}
-
-
-def _observers(quiet: bool) -> list[Any]:
     if quiet:
-        return []
+        return how
     from shellmb.observers.progress import ProgressReport
 
-    return [ProgressReport()]
+    return how | ({"tell": tell} if levels else {"observers": [ProgressReport()]})
 
 
 RunArgument = Annotated[

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from operator import methodcaller
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -17,7 +18,6 @@ import numpy as np
 
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.exchange.motion import SceneMotion
-from shellmb.files.writing import as_list
 from shellmb.running.loader import load, scene_of
 from shellmb.scene.control.signals import inputs_of
 from shellmb.simulate.stepsize import near
@@ -170,7 +170,7 @@ def to_bytes(state: Any) -> bytes:
         state: As from its `state`.
     """
     arrays, rest = state
-    plain = json.dumps(rest, default=as_list).encode()
+    plain = json.dumps(rest, default=methodcaller("tolist")).encode()
     file, text = io.BytesIO(), np.frombuffer(plain, dtype=np.uint8)
     found: dict[str, Any] = {REST: text, **{f"/{name}": array for name, array in arrays.items()}}
     np.savez(file, **found)

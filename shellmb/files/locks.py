@@ -7,7 +7,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TextIO
 
-from shellmb.files.writing import clear, is_plain
+from shellmb.files.writing import is_plain
 
 # a file for each rank that has not let go of a temporary directory, beside it
 HELD = "held-{rank}"
@@ -35,7 +35,7 @@ class FileLock:
         with suppress(FileNotFoundError):
             if not is_plain(self._path):
                 # a link, and what it points to is none of ours
-                clear(self._path)
+                self._path.unlink(missing_ok=True)
         flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
         with ExitStack() as failed:
             file = failed.enter_context(os.fdopen(os.open(self._path, flags, 0o644), "r+"))

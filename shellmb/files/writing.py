@@ -15,6 +15,7 @@ import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
+from operator import methodcaller
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -99,17 +100,8 @@ def open_new(file: Path) -> BinaryIO:
     Args:
         file: The file.
     """
-    clear(file)
-    return os.fdopen(os.open(file, NEW, 0o666), "r+b")
-
-
-def clear(file: Path) -> None:
-    """Remove a file, or a link to one.
-
-    Args:
-        file: Its name.
-    """
     file.unlink(missing_ok=True)
+    return os.fdopen(os.open(file, NEW, 0o666), "r+b")
 
 
 def is_plain(file: Path) -> bool:
@@ -173,15 +165,6 @@ def checksum(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def as_list(array: Any) -> Any:
-    """An array for JSON.
-
-    Args:
-        array: It.
-    """
-    return array.tolist()
-
-
 def add_checksum(values: Mapping[str, Any]) -> dict[str, Any]:
     """Values of a JSON file with their checksum.
 
@@ -189,7 +172,7 @@ def add_checksum(values: Mapping[str, Any]) -> dict[str, Any]:
         values: Plain values; a checksum among them does not count.
     """
     plain = {name: value for name, value in values.items() if name != CHECKSUM}
-    text = json.dumps(plain, sort_keys=True, default=as_list)
+    text = json.dumps(plain, sort_keys=True, default=methodcaller("tolist"))
     return {**plain, CHECKSUM: checksum(text.encode())}
 
 

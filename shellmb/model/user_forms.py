@@ -47,7 +47,7 @@ def called(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> 
             return function(*arguments)
     except (Exception, SystemExit) as error:
         raise SceneError(
-            f"{_place(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
+            f"{place_of(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
             "be written with operators and functions of UFL"
         ) from error
 
@@ -76,7 +76,7 @@ def _returned(
         found = ufl.as_ufl(value)
     if found is None or isinstance(value, bool) or len(found.ufl_shape) > most:
         raise SceneError(
-            f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
+            f"{place_of(function)}{who} {show(function)} returns {_said(value)}; it must return a "
             f"{what} of UFL"
         )
     _check_numbers(found, function, who)
@@ -107,7 +107,7 @@ def components(
         if not right:
             given = _said(getattr(value, name, value))
             raise SceneError(
-                f"{_place(function)}{who} {show(function)} returns {given}"
+                f"{place_of(function)}{who} {show(function)} returns {given}"
                 + (f" as {name}" if hasattr(value, name) else "")
                 + f"; it must return ShellStrains, with {name} a vector of UFL of shape ({size},)"
             )
@@ -138,8 +138,8 @@ def _check_numbers(expression: Expr, function: Callable[..., Any], who: str) -> 
             value = complex(number)
             if not np.isfinite(value) or value.imag:
                 raise SceneError(
-                    f"{_place(function)}{who} {show(function)} has the number {number}; it must be "
-                    "finite and real"
+                    f"{place_of(function)}{who} {show(function)} has the number {number}; it must "
+                    "be finite and real"
                 )
 
 
@@ -164,8 +164,13 @@ def _without_values() -> Iterator[None]:
         sys.setprofile(before)
 
 
-def _place(function: Callable[..., Any], error: BaseException | None = None) -> str:
-    """File and line of a user's function, or where in that file it failed: begins a sentence."""
+def place_of(function: Callable[..., Any], error: BaseException | None = None) -> str:
+    """File and line of a user's function, or where in that file it failed: begins a sentence.
+
+    Args:
+        function: The function.
+        error: What it raised; None: nothing.
+    """
     code = getattr(inspect.unwrap(function), "__code__", None)
     if code is None:
         return ""
@@ -194,8 +199,8 @@ def resists_all(
     missing = [name for name, strain in strains._asdict().items() if strain not in used]
     if missing:
         raise SceneError(
-            f"{_place(energy)}{who} {show(energy)} does not depend on {' and '.join(missing)}; it "
-            "must resist all strains"
+            f"{place_of(energy)}{who} {show(energy)} does not depend on {' and '.join(missing)}; "
+            "it must resist all strains"
         )
 
 
@@ -236,8 +241,8 @@ def virtual(
     value = written(function, arguments, who)
     if not _linear(value):
         raise SceneError(
-            f"{_place(function)}{who} {show(function)} returns {_said(value)}, which is not linear "
-            f"in the variation; it must be a virtual work, as ufl.dot(force, {du})"
+            f"{place_of(function)}{who} {show(function)} returns {_said(value)}, which is not "
+            f"linear in the variation; it must be a virtual work, as ufl.dot(force, {du})"
         )
     return value
 

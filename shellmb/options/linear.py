@@ -80,21 +80,17 @@ class ModesOptions(AxisOptions):
         """Decide whether modes are about a state of a run."""
         return self.state is not None or self.at is not None
 
-    def check_errors(self) -> None:
-        """Refuse errors of other modes than natural ones.
-
-        Raises:
-            SceneError: If rates, a state or buckling are given.
-        """
-        if self.moving or self.buckling or self.rates is not None:
-            raise SceneError(NATURAL)
-
-    def check(self) -> None:
+    def check(self, errors: bool) -> None:
         """Refuse what does not go together.
+
+        Args:
+            errors: Whether errors are estimated, which natural modes have only.
 
         Raises:
             SceneError: If an option has no effect beside the others.
         """
+        if errors and (self.moving or self.buckling or self.rates is not None):
+            raise SceneError(NATURAL)
         line = self.axis is not None or self.about is not None
         if self.buckling and (self.loaded or self.moving or self.rates is not None or line):
             raise SceneError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -146,7 +147,7 @@ class StudyOptions:
 
 
 # seconds of the units of a budget
-UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+UNITS = {"ms": 1e-3, "s": 1.0, "": 1.0, "min": 60.0, "h": 3600.0}
 AUTO = "auto"
 # least relative error that may be requested: round-off of forces, over steps
 LEAST = 1e-12
@@ -163,14 +164,9 @@ def parse_seconds(text: str) -> float:
     Raises:
         SceneError: If it is none.
     """
-    for unit in sorted(UNITS, key=len, reverse=True):
-        if text.endswith(unit):
-            number, factor = text.removesuffix(unit), UNITS[unit]
-            break
-    else:
-        number, factor = text, 1.0
+    number, unit, _ = re.split(r"(ms|s|min|h|)\Z", text, maxsplit=1)
     try:
-        return float(number) * factor
+        return float(number) * UNITS[unit]
     except ValueError:
         raise SceneError(f"budget is '{text}'; it must be a time as 60s, 5min or 1h") from None
 

@@ -15,16 +15,8 @@ from shellmb.running.error_origin import user_frame
 # name in a run directory
 LOCK = "lock"
 # what a system says when it does not let a file be written
-REFUSALS = {
-    errno.EACCES,
-    errno.EDQUOT,
-    errno.EFBIG,
-    errno.EIO,
-    errno.ENOENT,
-    errno.ENOSPC,
-    errno.EPERM,
-    errno.EROFS,
-}
+KINDS = "EACCES EDQUOT EFBIG EIO ENOENT ENOSPC EPERM EROFS".split()
+REFUSALS = {getattr(errno, kind) for kind in KINDS}
 
 
 def refuse_used(directory: Path, comm: MPI.Comm) -> None:

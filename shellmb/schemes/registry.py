@@ -1,17 +1,20 @@
 """The schemes by name. Tests of order, energy, momenta and constraints run over this list."""
 
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import fields
+from functools import wraps
 from typing import Any, cast
 
 import numpy as np
 from dolfinx import fem
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.model.user_forms import place_of
 from shellmb.scene.lookup import listed
 from shellmb.scene.schemes import OwnScheme
 from shellmb.scene.schemes import Scheme as Given
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import in_words, show
 from shellmb.schemes.base import END, Levels, Named, Scheme, Stage, Tangent, Values
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
@@ -34,6 +37,8 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
 
 # what a scheme with states in between must say itself
 BETWEEN = ("moved", "prescribed", "load_weight")
+# functions that a user's scheme may have
+FUNCTIONS = (*BETWEEN, "expand", "advance", "jump", "first_guess", "resultants", "dissipation")
 
 
 def make_scheme(scheme: str | Given, alpha: float) -> Scheme:
@@ -69,6 +74,10 @@ def completed(scheme: Given) -> Scheme:
     OwnScheme(**{key: value for key, value in members if value is not None})
     if not issubclass(kind, Scheme):
         kind = type(kind.__name__, (kind, Scheme), {})
+    ours = [getattr(one, name) for one in (Scheme, *bundled.values()) for name in FUNCTIONS]
+    own = {name: inspect.getattr_static(kind, name) for name in FUNCTIONS}
+    told = {n: _told(n, of) for n, of in own.items() if inspect.isfunction(of) and of not in ours}
+    kind = type(kind.__name__, (kind,), told)
     whole: Any = object.__new__(type(kind.__name__, (_Checked, kind), {}))
     # of classes with slots, too: these stand beside what is in no slot
     held: Any = object.__getstate__(scheme)
@@ -82,6 +91,24 @@ def completed(scheme: Given) -> Scheme:
             f"define {listed(missing)}, whose defaults know '{END}' alone (as `schemes/ed.py` does)"
         )
     return cast(Scheme, whole)
+
+
+def _told(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A user's function of a scheme, whose errors name the scheme and it."""
+
+    @wraps(function)
+    def told(self: Any, *args: Any, **named: Any) -> Any:
+        try:
+            return function(self, *args, **named)
+        except ShellmbError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise SceneError(
+                f"{place_of(function, error)}scheme '{self.name}': {name} fails "
+                f"({in_words(error)}); it must be as `shellmb.schemes.base.Scheme.{name}`"
+            ) from error
+
+    return told
 
 
 class _Checked(Scheme):

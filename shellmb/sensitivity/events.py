@@ -110,7 +110,7 @@ def ends(run: Simulation, sides: Sides, name: str, solve: Callable[[float], Floa
     slopes = [0.5 * (a - b) for a, b in zip(longer, shorter, strict=True)]
     until, said = 0.0, list[str]()
     if crossed:
-        until, said = _time(run, since, here[-1], _apart(slopes[-1]) / (2 * unit))
+        until, said = _time(run, since, here[-1], np.subtract(*slopes[-1]) / (2 * unit))
     moved = until - since
     if abs(moved) > MOST * step.dt:
         raise ConvergenceError(
@@ -129,10 +129,6 @@ def _ahead(sides: Sides, found: Floats, crossed: Sequence[int]) -> list[Floats]:
     return [found.copy(), *(side.ahead() for side in sides), np.array(margins)]
 
 
-def _apart(margins: Floats) -> Floats:
-    return np.asarray(margins[0] - margins[1])
-
-
 def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tuple[float, list[str]]:
     """By how much later than the run the upper side ends at its events, s, and what to say."""
     assert run.last is not None
@@ -143,7 +139,7 @@ def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tupl
     if any(abs(end - t) <= near(end, run.size.nominal) for t in fixed):
         return 0.0, [_held(name, end, "a step has to end at this time") for name in names]
     with np.errstate(divide="ignore", invalid="ignore"):
-        over, until = margins.mean(axis=0) / rates, since - _apart(margins) / (2 * rates)
+        over, until = margins.mean(axis=0) / rates, since - np.subtract(*margins) / (2 * rates)
     # by how much later than its condition an event may have been found
     late = 2 * LEAST * run.size.dt + np.array([watch.tolerance for watch in watches])
     moves = (rates > 0) & (over <= late)

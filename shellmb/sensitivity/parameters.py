@@ -72,6 +72,48 @@ class Parameter:
         """The parameter with both sides at another distance, over its size."""
         return replace(self, step=self.size * share, share=share)
 
+    def widened(self, scene: Scene) -> Parameter:
+        """The parameter with differences as wide as a scene needs."""
+        modal = any(body.modes for body in scene.bodies)
+        modal = modal or any(isinstance(start, FromMode) for start in scene.starts)
+        return self.apart(REDUCED) if modal else self
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Errors of scenes at both sides name the self.
+
+        Raises:
+            SceneError: If such a scene is impossible.
+        """
+        try:
+            yield
+        except SceneError as error:
+            above, below = self.sides
+            raise SceneError(
+                f"sensitivities: the scene is not possible on both sides of '{self.name}' = "
+                f"{self.value:g}, at {below!r} and {above!r}: {error}"
+            ) from error
+
+    def without_effect(self, base: Scene, side: Scene) -> str:
+        """Sentence about a parameter on both sides of which the scene is the same.
+
+        Args:
+            base: The scene at its value.
+            side: The scene on either side.
+        """
+        name, (above, below) = self.name, self.sides
+        if not independent(base, side):
+            return (
+                f"the scene is the same at '{name}' = {below:.9g} and {above:.9g}, and another one "
+                f"at {self.value:g}: its derivatives are zero if the scene is a smooth function of "
+                "it; one with a kink there, such as abs, has none"
+            )
+        return (
+            f"nothing depends on '{name}' between {below:.9g} and {above:.9g}: its derivatives are "
+            f"zero; if this difference is too small to count, scales={{'{name}': ...}} (--scale "
+            f"{name}=...) gives a larger one"
+        )
+
 
 @dataclass(frozen=True)
 class Differentiated:
@@ -121,6 +163,92 @@ class Differentiated:
             )
         return scene
 
+    def check_known(self, names: Mapping[str, Any] | Sequence[str]) -> None:
+        """Refuse parameters that the function does not have."""
+        check_names(self.make, names, f"sensitivities: scene '{self.name}'")
+
+    def parameters(
+        self, names: Sequence[str], scales: Mapping[str, float] | None = None
+    ) -> tuple[Parameter, ...]:
+        """The parameters with their values and the distances of both sides.
+
+        Args:
+            names: Their names.
+            scales: Sizes by which steps are chosen; of others their values.
+
+        Raises:
+            SceneError: If one is unknown, named twice, no number, or zero without a scale.
+        """
+        if isinstance(names, str):
+            names = [names]
+        if not names:
+            raise SceneError("sensitivities: no parameter is named; name at least one")
+        self.check_known(names)
+        sizes = _sizes(names, scales or {})
+        signature, found = parameters_by_name(self.make, "sensitivities"), list[Parameter]()
+        for name in names:
+            if any(p.name == name for p in found):
+                raise SceneError(f"sensitivities: parameter '{name}' is named twice; name it once")
+            default = signature[name].default if name in signature else inspect.Parameter.empty
+            value = self.given.get(name, default)
+            if value is inspect.Parameter.empty:
+                raise SceneError(
+                    f"sensitivities: parameter '{name}' has no value; give it a default, or a "
+                    f"value by {VALUE.format(name=name)}"
+                )
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise SceneError(
+                    f"sensitivities: parameter '{name}' is {value!r:.40}; it must be a number"
+                )
+            scale = sizes.get(name, abs(float(value)))
+            if not (math.isfinite(value) and math.isfinite(scale) and scale > 0):
+                raise SceneError(
+                    f"sensitivities: parameter '{name}' is {value:g}, which gives no size of "
+                    f"differences; give its size, as in scales={{'{name}': 1.0}} (--scale "
+                    f"{name}=1.0)"
+                )
+            least = LEAST * abs(float(value))
+            if scale < least:
+                raise SceneError(
+                    f"sensitivities: scales gives '{name}' the size {scale:g}, and its value is "
+                    f"{value:g}; differences would be round-off of it: give a size of at least "
+                    f"{least:.3g}"
+                )
+            found.append(Parameter(name, float(value), STEP * scale))
+        return tuple(found)
+
+    def beside(self, base: Scene, parameter: Parameter) -> tuple[Scene, Scene]:
+        """Scenes at both sides of a parameter.
+
+        Args:
+            base: The scene itself.
+            parameter: The parameter.
+
+        Raises:
+            SceneError: If one is impossible, or its steps are others.
+        """
+        found = []
+        for value in parameter.sides:
+            with parameter.named():
+                scene = self.scene(**{parameter.name: value})
+            held = _held(scene)
+            for name, ours in _held(base).items():
+                its = held.get(name)
+                if ours != its:
+                    raise SceneError(
+                        f"sensitivities: parameter '{parameter.name}' changes {name} from {ours} "
+                        f"to {its}; steps and choices of the run are fixed, so it must not"
+                    )
+            for ours, its in zip(jumps(base), jumps(scene), strict=False):
+                if ours != its:
+                    raise SceneError(
+                        f"sensitivities: parameter '{parameter.name}' moves the jump of a load or "
+                        f"motion at t = {ours:g}, which steps do not follow; use a `Ramp`, or "
+                        "compare runs (`sweep`)"
+                    )
+            found.append(scene)
+        return found[0], found[1]
+
 
 def differentiated(
     scene: Callable[..., Scene] | str, given: Mapping[str, Any] | None, **options: Any
@@ -145,72 +273,8 @@ def differentiated(
     else:
         check_function(scene, "sensitivities")
         made = Differentiated(scene, getattr(scene, "__name__", "scene"), values, chosen)
-    _check_known(made, made.given)
+    made.check_known(made.given)
     return made
-
-
-def _check_known(made: Differentiated, names: Mapping[str, Any] | Sequence[str]) -> None:
-    """Refuse parameters that the function does not have."""
-    check_names(made.make, names, f"sensitivities: scene '{made.name}'")
-
-
-def parameters_of(
-    made: Differentiated, names: Sequence[str], scales: Mapping[str, float] | None = None
-) -> tuple[Parameter, ...]:
-    """The parameters with their values and the distances of both sides.
-
-    Args:
-        made: The scene function.
-        names: Their names.
-        scales: Sizes by which steps are chosen; of others their values.
-
-    Raises:
-        SceneError: If one is unknown, named twice, no number, or zero without a scale.
-    """
-    if isinstance(names, str):
-        names = [names]
-    if not names:
-        raise SceneError("sensitivities: no parameter is named; name at least one")
-    _check_known(made, names)
-    sizes = _sizes(names, scales or {})
-    signature, found = parameters_by_name(made.make, "sensitivities"), list[Parameter]()
-    for name in names:
-        if any(p.name == name for p in found):
-            raise SceneError(f"sensitivities: parameter '{name}' is named twice; name it once")
-        default = signature[name].default if name in signature else inspect.Parameter.empty
-        value = made.given.get(name, default)
-        if value is inspect.Parameter.empty:
-            raise SceneError(
-                f"sensitivities: parameter '{name}' has no value; give it a default, or a value "
-                f"by {VALUE.format(name=name)}"
-            )
-        if isinstance(value, bool) or not isinstance(value, Real):
-            raise SceneError(
-                f"sensitivities: parameter '{name}' is {value!r:.40}; it must be a number"
-            )
-        scale = sizes.get(name, abs(float(value)))
-        if not (math.isfinite(value) and math.isfinite(scale) and scale > 0):
-            raise SceneError(
-                f"sensitivities: parameter '{name}' is {value:g}, which gives no size of "
-                f"differences; give its size, as in scales={{'{name}': 1.0}} (--scale {name}=1.0)"
-            )
-        least = LEAST * abs(float(value))
-        if scale < least:
-            raise SceneError(
-                f"sensitivities: scales gives '{name}' the size {scale:g}, and its value is "
-                f"{value:g}; differences would be round-off of it: give a size of at least "
-                f"{least:.3g}"
-            )
-        found.append(Parameter(name, float(value), STEP * scale))
-    return tuple(found)
-
-
-def widened(parameters: Sequence[Parameter], scene: Scene) -> tuple[Parameter, ...]:
-    """Parameters with differences as wide as a scene needs."""
-    modal = any(body.modes for body in scene.bodies)
-    if modal or any(isinstance(start, FromMode) for start in scene.starts):
-        return tuple(p.apart(REDUCED) for p in parameters)
-    return tuple(parameters)
 
 
 def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:
@@ -237,60 +301,6 @@ def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:
     return {name: abs(float(size)) for name, size in scales.items()}
 
 
-@contextmanager
-def next_to(parameter: Parameter) -> Iterator[None]:
-    """Errors of scenes at both sides of a parameter name it.
-
-    Args:
-        parameter: The parameter.
-
-    Raises:
-        SceneError: If such a scene is impossible.
-    """
-    try:
-        yield
-    except SceneError as error:
-        above, below = parameter.sides
-        raise SceneError(
-            f"sensitivities: the scene is not possible on both sides of '{parameter.name}' = "
-            f"{parameter.value:g}, at {below!r} and {above!r}: {error}"
-        ) from error
-
-
-def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Scene, Scene]:
-    """Scenes at both sides of a parameter.
-
-    Args:
-        made: The scene function.
-        base: The scene itself.
-        parameter: The parameter.
-
-    Raises:
-        SceneError: If one is impossible, or its steps are others.
-    """
-    found = []
-    for value in parameter.sides:
-        with next_to(parameter):
-            scene = made.scene(**{parameter.name: value})
-        held = _held(scene)
-        for name, ours in _held(base).items():
-            its = held.get(name)
-            if ours != its:
-                raise SceneError(
-                    f"sensitivities: parameter '{parameter.name}' changes {name} from {ours} to "
-                    f"{its}; steps and choices of the run are fixed, so it must not"
-                )
-        for ours, its in zip(jumps(base), jumps(scene), strict=False):
-            if ours != its:
-                raise SceneError(
-                    f"sensitivities: parameter '{parameter.name}' moves the jump of a load or "
-                    f"motion at t = {ours:g}, which steps do not follow; use a `Ramp`, or compare "
-                    "runs (`sweep`)"
-                )
-        found.append(scene)
-    return found[0], found[1]
-
-
 def _held(scene: Scene) -> dict[str, Any]:
     """Steps and choices of a run, which no parameter may change, by their names."""
     names = ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant")
@@ -304,25 +314,3 @@ def _held(scene: Scene) -> dict[str, Any]:
 def independent(above: Scene, below: Scene) -> bool:
     """Decide whether both scenes describe the same physics: nothing depends on the parameter."""
     return fingerprint(above, whole=True) == fingerprint(below, whole=True)
-
-
-def without_effect(parameter: Parameter, base: Scene, side: Scene) -> str:
-    """Sentence about a parameter on both sides of which the scene is the same.
-
-    Args:
-        parameter: The parameter.
-        base: The scene at its value.
-        side: The scene on either side.
-    """
-    name, (above, below) = parameter.name, parameter.sides
-    if not independent(base, side):
-        return (
-            f"the scene is the same at '{name}' = {below:.9g} and {above:.9g}, and another one at "
-            f"{parameter.value:g}: its derivatives are zero if the scene is a smooth function of "
-            "it; one with a kink there, such as abs, has none"
-        )
-    return (
-        f"nothing depends on '{name}' between {below:.9g} and {above:.9g}: its derivatives are "
-        f"zero; if this difference is too small to count, scales={{'{name}': ...}} (--scale "
-        f"{name}=...) gives a larger one"
-    )

@@ -157,7 +157,9 @@ class Tangents(BaseObserver):
             pair.corners = Corners(simulation, pair.parameter, scenes)
         system, scene = simulation.problem.system, simulation.scene
         self._kinked = bool(scene.contacts or scene.force_elements or scene.controllers)
-        sizes = Sizes(system, _of_lengths(simulation))
+        # lengths and angles of directors have multipliers on which nothing that is found depends
+        parts = (part for body in simulation.model.bodies for part in body.parts)
+        sizes = Sizes(system, frozenset(part.title for part in parts if part.name == "lam"))
         self._now = np.array(system.x.array_r)
         for pair in self.pairs:
             for side in pair.sides:
@@ -360,12 +362,6 @@ def _left(update: float, contraction: float) -> float:
     if contraction >= 1.0:
         return math.inf
     return math.log(TOLERANCE / update) / math.log(contraction) if contraction > 0.0 else 0.0
-
-
-def _of_lengths(simulation: Simulation) -> frozenset[str]:
-    """Multipliers of lengths and angles of directors, which nothing that is found depends on."""
-    bodies = simulation.model.bodies
-    return frozenset(part.title for body in bodies for part in body.parts if part.name == "lam")
 
 
 def _no_number(parameter: Parameter, t: float) -> ConvergenceError:

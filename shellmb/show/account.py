@@ -79,16 +79,13 @@ def with_error(found: Mapping[str, float | None]) -> str:
     value = round(value, digits)
     if not value:
         digits = 0
-    shown = f"{value:.{digits}f}" if digits < 7 else f"{value:.{_significant(value, last)}e}"
+    shown = f"{value:.{digits}f}"
+    if digits >= 7:
+        shown = f"{value:.{max(0, math.floor(math.log10(abs(value))) - last)}e}"
     due = ", ".join(
         f"{name} {part:.1e}" for name, part in parts.items() if part and part > LEAST * error
     )
     return f"{shown} +- {error:.1e} ({due})"
-
-
-def _significant(value: float, last: int) -> int:
-    """Decimals of the mantissa that end at a power of ten."""
-    return max(0, (math.floor(math.log10(abs(value))) if value else last) - last)
 
 
 def _number(value: float | None) -> str:

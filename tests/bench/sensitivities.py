@@ -26,9 +26,7 @@ from shellmb.sensitivity.adjoint.steps import Steps
 from shellmb.sensitivity.adjoint.sweep import Sweep
 from shellmb.sensitivity.parameters import (
     Differentiated,
-    beside,
     differentiated,
-    parameters_of,
 )
 from shellmb.sensitivity.paths import PathTangents
 from shellmb.sensitivity.perturbed_run import PerturbedRun
@@ -113,10 +111,10 @@ def beside_it(
 
     def make(run: Simulation) -> list[Pair]:
         forces, made_pairs = columns == "all", []
-        for p in parameters_of(made, names):
+        for p in made.parameters(names):
             above, below = (
                 PerturbedRun(Simulation(scene, like=run), observers(columns), forces)
-                for scene in beside(made, base, p)
+                for scene in made.beside(base, p)
             )
             made_pairs.append(Pair(p, above, below))
         return made_pairs

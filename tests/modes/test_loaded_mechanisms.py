@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import shellmb as sm
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     FollowerForce,
@@ -95,3 +96,77 @@ def test_a_pendulum_swings_by_its_weight(dt: float) -> None:
     )
     (square,) = natural_modes(scene, count=1, loaded=True).omega2
     assert square == pytest.approx(20.1 / 2.5, rel=1e-8)
+
+
+def hung(com: Any, elements: Any = (), pull: Any = (0, 0, -9.81), **more: Any) -> Scene:
+    """A body on a hinge that nothing but its weight holds."""
+    return Scene(
+        "hung",
+        rigid_bodies=RigidBody("bob", 2.0, (0.02, 0.03, 0.04), com=com),
+        joints=Revolute("pin", "ground", "bob", at=(0, 0, 0), axis=(0, 1, 0)),
+        loads=Gravity(pull, time=more.pop("time", None)),
+        force_elements=elements,
+        **more,
+    )
+
+
+def squares(modes: Any) -> Any:
+    """Squares of the angular frequencies, rad^2/s^2."""
+    return modes.table["omega_rad_per_s"].to_numpy() ** 2
+
+
+# of its mass, inertia and arm
+WEIGHT = 2.0 * 9.81 * 0.7 / (0.03 + 2.0 * 0.7**2)
+
+
+@pytest.mark.parametrize("scheme", ["static", "ep"])
+def test_a_body_that_hangs_swings(scheme: str) -> None:
+    """`omega^2 = m g l/(J + m l^2)`, also where it begins beside its equilibrium, or is damped."""
+    more: dict[str, Any] = {"scheme": scheme, "dt": 0.1, "t_end": 1.0}
+    hanging = sm.modes(hung((0, 0, -0.7), **more), loaded=True)
+    np.testing.assert_allclose(squares(hanging), [WEIGHT], rtol=1e-9)
+    aside = sm.modes(hung((0.7, 0, 0), **more), loaded=True)
+    np.testing.assert_allclose(squares(aside), [WEIGHT], rtol=1e-9)
+    upright = sm.modes(hung((0, 0, 0.7), **more), loaded=True)
+    assert upright.table["growth_per_s"].to_numpy() == pytest.approx([WEIGHT**0.5], rel=1e-9)
+    damper = sm.JointDamper("damper", "pin", 0.3)
+    (row,) = sm.modes(hung((0, 0, -0.7), damper, **more), loaded=True).table.to_dict("records")
+    rate = 0.3 / (0.03 + 2.0 * 0.7**2) / 2
+    assert row["growth_per_s"] == pytest.approx(-rate, rel=1e-9)
+    assert row["omega_rad_per_s"] == pytest.approx((WEIGHT - rate**2) ** 0.5, rel=1e-9)
+
+
+def test_loads_of_the_end_hold_it() -> None:
+    """A weight that grows with time is that of the last time, as in statics."""
+    growing = hung((0, 0, -0.7), time=lambda t: 1.0 + 3.0 * t, scheme="ep", dt=0.1, t_end=1.0)
+    np.testing.assert_allclose(squares(sm.modes(growing, loaded=True)), 4 * WEIGHT, rtol=1e-9)
+
+
+def test_two_rods_that_hang_and_a_cart() -> None:
+    """Several motions are held by weights, and one by nothing: it is a free one, at zero."""
+    cart = RigidBody("cart", 3.0, (0.1, 0.1, 0.1))
+    bob = RigidBody("bob", 2.0, (0.02, 0.03, 0.04), com=(0.3, 0, -0.7))
+    scene = Scene(
+        "cart",
+        rigid_bodies=(cart, bob),
+        joints=(
+            sm.Prismatic("rail", "ground", "cart", at=(0, 0, 0), axis=(1, 0, 0)),
+            Revolute("pin", "cart", "bob", at=(0, 0, 0), axis=(0, 1, 0)),
+        ),
+        loads=Gravity((0, 0, -9.81)),
+    )
+    arm = np.hypot(0.3, 0.7)
+    M = np.array([[5.0, 2 * arm], [2 * arm, 0.03 + 2 * arm**2]])
+    square = 2.0 * 9.81 * arm * M[0, 0] / np.linalg.det(M)
+    found = sm.modes(scene, loaded=True)
+    assert found.summary["rigid_modes"] == 1
+    np.testing.assert_allclose(squares(found)[1], square, rtol=1e-9)
+
+
+def test_what_falls_has_no_equilibrium() -> None:
+    """A body on a steep rail is refused as in statics, by the motion that nothing holds."""
+    rail = sm.Prismatic("rail", "ground", "bob", at=(0, 0, 0), axis=(1, 0, -1))
+    bob, weight = RigidBody("bob", 1.0, (1.0,) * 3), Gravity((0, 0, -9.81))
+    falling = Scene("falling", rigid_bodies=bob, joints=rail, loads=weight)
+    with pytest.raises(sm.SceneError, match="nothing holds these motions: rigid body 'bob' can"):
+        sm.modes(falling, loaded=True)

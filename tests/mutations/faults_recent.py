@@ -92,7 +92,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "loaded states whose dampers are left out",
-        "shellmb/running/rotating/loaded.py",
+        "shellmb/running/natural_modes/vibration.py",
         "if state is None or not resisting:",
         "if state is None or resisting:",
         ("tests/modes/test_loaded_damping.py::test_a_mass_under_its_weight",),
@@ -255,9 +255,9 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "forces of joints in the unit of statics, taken by a model of motions",
-        "shellmb/running/natural_modes/vibration.py",
-        "model, _ = checked_model(moving, comm, None if state is None else state.model.force)",
-        "model, _ = checked_model(moving, comm)",
+        "shellmb/running/natural_modes/equilibrium.py",
+        "checked_model(scene.with_options(scheme=SIMPLEST), comm, static.model.force)",
+        "checked_model(scene.with_options(scheme=SIMPLEST), comm)",
         (
             "tests/modes/test_loaded_mechanisms.py::test_a_pendulum_swings_by_its_weight[0.2]",
             "tests/modes/test_loaded_mechanisms.py::test_a_force_that_keeps_its_direction"

@@ -274,8 +274,8 @@ def test_about_a_state_of_a_run_commands_are_held() -> None:
     assert np.isfinite(sm.linearise(hanging, at="equilibrium").poles(1)).all()
 
 
-def test_what_gravity_alone_holds_is_no_equilibrium_of_statics() -> None:
-    """It is a state that the scene begins in: a pendulum, in closed form."""
+def test_what_gravity_alone_holds_is_in_equilibrium() -> None:
+    """A pendulum, in closed form, about where it hangs and about a state that it begins in."""
     arm = sm.RigidBody("arm", 2.0, (0.02, 0.02, 0.02), com=(0, 0, -0.4))
     scene = sm.Scene(
         "pendulum",
@@ -284,10 +284,10 @@ def test_what_gravity_alone_holds_is_no_equilibrium_of_statics() -> None:
         loads=sm.Gravity(),
         **MOTION,
     )
-    with pytest.raises(SceneError, match=r"give at=0\.0 in place of 'equilibrium'"):
-        sm.linearise(scene, at="equilibrium")
     exact = np.sqrt(2.0 * 9.81 * 0.4 / (0.02 + 2.0 * 0.4**2))
-    assert abs(sm.linearise(scene, at=0.0).poles(1)[0]) == pytest.approx(exact, rel=1e-9)
+    for at in ("equilibrium", 0.0):
+        found = sm.linearise(scene, at=at)  # type: ignore[arg-type]
+        assert abs(found.poles(1)[0]) == pytest.approx(exact, rel=1e-9)
 
 
 def test_a_motor_that_another_program_commands_has_its_default() -> None:
@@ -354,7 +354,10 @@ def test_bad_input_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="axis and about are given without rate"):
         sm.linearise(strip(), axis=(0, 0, 1))
     with pytest.warns(sm.ShellmbWarning, match="'all' is left out, as a norm is not linear"):
-        assert not sm.linearise(strip(probes=sm.Probe("all", TIP, component="norm"))).outputs
+        unseen = sm.linearise(strip(probes=sm.Probe("all", TIP, component="norm")))
+    assert not unseen.outputs
+    with pytest.raises(SceneError, match=r"output is 'all', which is none \(a norm is not linear"):
+        sm.response(unseen, outputs="all", frequencies=[1.0])
     found = sm.linearise(strip())
     with pytest.raises(SceneError, match="input is 'load3'; it must be one of 'load1', 'load2'"):
         found.select(inputs=["load3"])

@@ -194,3 +194,30 @@ def test_flutter_beside_a_free_ring_is_found(rate: float) -> None:
         # eight elements: 2e-3 of the growth
         assert value == pytest.approx(complex(growth, exact), abs=0.02)
     assert np.sum(np.abs(modes.values - 1j * rate) < 1e-6 * rate) >= 3
+
+
+@pytest.mark.parametrize(("damped", "free", "bodies"), [(2, 2, 2), (3, 0, 2), (3, 2, 1), (1, 3, 0)])
+def test_each_motion_that_nothing_holds_is_one_zero(damped: int, free: int, bodies: int) -> None:
+    """Kind: slides with dampers have a zero once, free ones twice, and both mix in the shapes."""
+    slides = damped + free
+    scene = Scene(
+        "slides",
+        rigid_bodies=[
+            RigidBody(f"b{k}", 1.0 + k, (0.1, 0.2, 0.3), position=(0, 2.0 * k, 0))
+            for k in range(slides + bodies)
+        ],
+        joints=[
+            Prismatic(f"j{k}", "ground", f"b{k}", at=(0, 2.0 * k, 0), axis=(1, 0, 0))
+            for k in range(slides)
+        ],
+        force_elements=[JointDamper(f"d{k}", f"j{k}", 0.4 + k) for k in range(damped)],
+        scheme="ep",
+        dt=0.1,
+        t_end=0.1,
+    )
+    count = slides + 6 * bodies
+    run = sm.run(scene, pictures=False)
+    found = sm.modes(run, count=count + damped, pictures=False)
+    assert found.summary["rigid_modes"] == count
+    decay = sorted(-(0.4 + k) / (1.0 + k) for k in range(damped))[::-1]
+    np.testing.assert_allclose(found.table["growth_per_s"][count:], decay, rtol=1e-9)

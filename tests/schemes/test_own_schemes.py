@@ -279,6 +279,23 @@ def test_what_a_scheme_has_to_say_is_asked_for(members: dict[str, Any], said: st
         sm.run(replace(hung(own()), scheme=own(**members), t_end=0.02), pictures=False)
 
 
+@pytest.mark.parametrize("member", ["expand", "advance", "dissipation"])
+@pytest.mark.parametrize("error", [KeyError("gain"), ValueError("no such rate"), SystemExit(3)])
+def test_what_its_functions_raise_is_told_with_their_names(
+    member: str, error: BaseException
+) -> None:
+    """Kind: an error within a user's function of a scheme, of whatever type."""
+
+    def fails(self: Any, *given: Any) -> Any:
+        raise error
+
+    scheme = own(**{member: fails})
+    place, who = r"test_own_schemes.py, line \d+", f"scheme '{scheme.name}'"
+    said = rf"{place}: {who}: {member} fails \(.*{error.args[0]}"
+    with pytest.raises(sm.SceneError, match=said):
+        sm.run(replace(hung(own()), scheme=scheme, t_end=0.02), pictures=False)
+
+
 OTHERS = (MidPoint(), ChungHulbert(0.0, 0.1), Composite(), "generalized-alpha")
 
 

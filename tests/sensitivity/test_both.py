@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.sensitivity.parameters import STEP, beside, differentiated, parameters_of
+from shellmb.sensitivity.parameters import STEP, differentiated
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Simulation
@@ -38,8 +38,8 @@ def test_calls_of_c_are_those_of_numpy(
     base = made.scene()
 
     def pairs(run: Simulation) -> list[Pair]:
-        (p,) = parameters_of(made, (name,))
-        sides = (PerturbedRun(Simulation(s, like=run), [], False) for s in beside(made, base, p))
+        (p,) = made.parameters((name,))
+        sides = (PerturbedRun(Simulation(s, like=run), [], False) for s in made.beside(base, p))
         return [Pair(p, *sides)]
 
     run, tangents = Simulation(base), Tangents(pairs)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.sensitivity.parameters import differentiated, parameters_of
+from shellmb.sensitivity.parameters import differentiated
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from tests.sensitivity import scenes
 
@@ -270,9 +270,9 @@ def carried_in_statics(scheme: str = "static", start: float = 0.4) -> sm.Scene:
 @pytest.mark.parametrize("number", [np.float32(400), np.int64(400), 400])
 def test_numbers_of_numpy_are_numbers(number: float) -> None:
     made = differentiated(scenes.plate, {"force": number})
-    (found,) = parameters_of(made, ("force",), {"force": number})
+    (found,) = made.parameters(("force",), {"force": number})
     plain = differentiated(scenes.plate, {"force": 400.0})
-    assert found == parameters_of(plain, ("force",))[0]
+    assert found == plain.parameters(("force",))[0]
 
 
 def test_derivatives_that_are_round_off_are_said() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.observers.probes import Probes
-from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
+from shellmb.sensitivity.parameters import differentiated
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Simulation
@@ -24,10 +24,10 @@ def states(mesh: tuple[int, int], names: tuple[str, ...], steps: int) -> tuple[S
 
     def make(run: Simulation) -> list[Pair]:
         found = []
-        for p in parameters_of(made, names):
+        for p in made.parameters(names):
             above, below = (
                 PerturbedRun(Simulation(scene, like=run), [Probes()], False)
-                for scene in beside(made, base, p)
+                for scene in made.beside(base, p)
             )
             found.append(Pair(p, above, below))
         return found

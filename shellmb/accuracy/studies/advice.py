@@ -103,7 +103,7 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
         return f"No run succeeded: nothing is known about {judged.quantity}."
     parts: list[str] = []
     base: Offer | None = None
-    alone = _alone(judged)
+    alone = f" from {_refined(judged)} alone" if judged.not_refined else ""
     for target in targets:
         requested = f"{100 * target.error:g} % error in {judged.quantity}{alone}"
         if not target.known:
@@ -125,13 +125,6 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
     elif len(judged.reference.refined) > 1:
         parts.append(f"These errors are of {_refined(judged)} together.")
     return " ".join(parts)
-
-
-def _alone(judged: Judged) -> str:
-    """Say what the errors are of, where the study does not refine all."""
-    if not judged.not_refined:
-        return ""
-    return f" from {_refined(judged)} alone"
 
 
 def _refined(judged: Judged) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -86,9 +86,9 @@ class Store:
         if isinstance(read, str):
             raise SceneError(read)
         self._lines = read
-        self._found: dict[tuple[Choice, int], Record] = {}
-        for line in self._lines[1:]:
-            self._keep(Record.from_dict(json.loads(line)))
+        self._found = defaultdict[Choice, list[Record]](list)
+        for record in map(Record.from_dict, map(json.loads, self._lines[1:])):
+            self._found[record.choice].append(record)
 
     def _read(self, path: Path) -> list[str] | str:
         """Lines of the file; a sentence if they do not belong here."""
@@ -105,21 +105,17 @@ class Store:
             )
         return lines
 
-    def _keep(self, record: Record) -> None:
-        self._found[record.choice, record.round] = record
-
     def find(self, choice: Choice, round_: int = 0) -> Record | None:
         """The record of a run, if it is finished."""
-        return self._found.get((choice, round_))
+        return next((r for r in self._found[choice] if r.round == round_), None)
 
     def rounds(self, choice: Choice) -> list[Record]:
         """All records of a choice."""
-        found = [key for key in self._found if key[0] == choice]
-        return [self._found[key] for key in sorted(found, key=itemgetter(1))]
+        return self._found[choice]
 
     def add(self, record: Record) -> None:
         """Keep a finished run; the file is whole before and after."""
-        self._keep(record)
+        self._found[record.choice].append(record)
         self._lines.append(json.dumps(plain(record), allow_nan=False))
         if self._path is None:
             return
@@ -224,7 +220,8 @@ def run_once(
     """
     clock = Steps()
     # what a scene measures may need the whole of its time: it is asked only where it is needed
-    requested = sweep.base.module.results if any(q.norm is None for q in quantities) else _nothing
+    needed = any(q.norm is None for q in quantities)
+    requested = sweep.base.module.results if needed else lambda run: {}
     scene = sweep.base.build(choice)
     try:
         result = execute(scene, None, [clock], comm=comm, pictures=False, results=requested)
@@ -234,10 +231,6 @@ def run_once(
     del result
     free(comm)
     return record
-
-
-def _nothing(run: RunResult) -> dict[str, float]:
-    return {}
 
 
 def _record(

@@ -18,7 +18,7 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
-from shellmb.sensitivity.parameters import Parameter, differentiated, parameters_of
+from shellmb.sensitivity.parameters import Parameter, differentiated
 
 if TYPE_CHECKING:
     from shellmb.api.sensitivity.record import Sensitivities
@@ -73,7 +73,7 @@ def fit(
     if runs < 1:
         raise SceneError(f"fit: runs is {runs}; it must be at least 1")
     made = differentiated(scene, values, **options)
-    chosen = parameters_of(made, parameters, scales)
+    chosen = made.parameters(parameters, scales)
     base = made.scene()
     if base.path is not None:
         raise SceneError(

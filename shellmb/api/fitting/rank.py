@@ -73,24 +73,18 @@ def rank(found: Sensitivities, of: str | Sequence[str] | None = None) -> Ranking
         )
     rows = {}
     for name in wanted:
-        if name in found.results.index:
-            value = found.run.results[name]
-            rows[name] = {
-                p.name: found.results[p.name][name] * (p.value or p.size) for p in found.parameters
-            }
-        elif name in columns:
-            value = _mean(found.run.history[name])
-            rows[name] = {
-                p.name: _mean(found.history[p.name][name]) * (abs(p.value) or p.size)
-                for p in found.parameters
-            }
-        else:
+        known = name in found.results.index
+        if not known and name not in columns:
             raise SceneError(
                 f"rank: there is no result or column '{name}'; there are "
                 f"{listed([*found.results.index, *columns])}"
             )
+        value = found.run.results[name] if known else _mean(found.run.history[name])
+        rows[name] = dict[str, float]()
         for p in found.parameters:
-            rows[name][p.name] /= value or float("nan")
+            slope = found.results[p.name][name] if known else _mean(found.history[p.name][name])
+            size = (p.value if known else abs(p.value)) or p.size
+            rows[name][p.name] = slope * size / (value or float("nan"))
     table = pd.DataFrame(rows).T
     order = table.abs().max().sort_values(ascending=False).index
     return Ranking(table[list(order)])

@@ -14,7 +14,7 @@ from ufl.algorithms.ad import expand_derivatives
 
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats, Ints
-from shellmb.errors import SceneError, warn
+from shellmb.errors import SceneError
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.sections.branches import branches_of
 from shellmb.model.signals import Signals
@@ -23,10 +23,11 @@ from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import linear, places_of, spot_of
-from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Gravity, Motor, Probe, Scene
 from shellmb.scene.control.signals import Commanded, Input
+from shellmb.scene.schemes import SIMPLEST
+from shellmb.sensitivity.adjoint.objective import FOURTH
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -172,7 +173,7 @@ def with_inputs(
         SceneError: If a controller moves a driver.
     """
     # what has no mass is told before ground accelerates it
-    scene = in_motion(without_commands(scene, control))
+    scene = without_commands(scene, control).with_options(scheme=SIMPLEST)
     found: dict[str, Perturbation] = {}
 
     def new(name: str, given: Any = None, command: Any = None, idle: bool = False) -> Perturbation:
@@ -240,12 +241,10 @@ def columns(state: Linearised, inputs: dict[str, Perturbation]) -> tuple[Floats,
     for k, one in enumerate(inputs.values()):
         one.add(1.0)
         forces[:, k] = none - residual()
-        values = []
-        for times in (-2, -1, 1, 2):
+        for times, weight in FOURTH:
             one.add(times * ANGLE)
-            values.append(_given(state))
+            motions[:, k] += weight / ANGLE * _given(state)
         one.add(0.0)
-        motions[:, k] = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * ANGLE)
     forces[state.system.fixed] = 0.0
     return forces, motions
 
@@ -281,17 +280,17 @@ def outputs(
     Raises:
         SceneError: If there is no node at a probe's point.
     """
-    found: dict[str, Output] = {}
-    for probe in scene.probes:
-        if why := _unfit(state, probe):
-            warn(f"linearise: probe '{probe.name}' is left out, as {why}")
-        else:
-            found[probe.name] = _probe(state, probe, times)
+    found = {p.name: _probe(state, p, times) for p in scene.probes if not unfit(state, p)}
     return found | _joints(state, K) if joints else found
 
 
-def _unfit(state: Linearised, probe: Probe) -> str:
-    """Say why a probe is no linear output; empty where it is one."""
+def unfit(state: Linearised, probe: Probe) -> str:
+    """Say why a probe is no linear output; empty where it is one.
+
+    Args:
+        state: The state.
+        probe: The probe.
+    """
     if probe.component == "norm":
         return "a norm is not linear in small motions; give component 0, 1 or 2"
     if probe.frame is not None:

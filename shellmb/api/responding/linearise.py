@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.channels import columns, outputs, with_inputs, without_commands
+from shellmb.api.responding.channels import columns, outputs, unfit, with_inputs, without_commands
 from shellmb.api.responding.curves import check_response
 from shellmb.api.responding.reduction import Unknowns, scipy_matrix
 from shellmb.api.responding.response import Response, find
@@ -22,7 +22,7 @@ from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import LinearOptions, ResponseOptions
 from shellmb.options.run import ELEMENTS, Options
-from shellmb.running.natural_modes.vibration import equilibrium
+from shellmb.running.natural_modes.equilibrium import equilibrium
 from shellmb.running.resume import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation
@@ -136,8 +136,6 @@ def response(
     chosen = take(ResponseOptions, options)
     check_response(chosen)
     if out is not None:
-        from mpi4py import MPI
-
         from shellmb.running.directory import refuse_used
 
         refuse_used(Path(out), MPI.COMM_SELF)
@@ -197,8 +195,6 @@ def about_state(
         said = re.sub("^(modes|matrices|resume): ", "linearise: ", str(error))
         if isinstance(error, ConvergenceError):
             raise error.reworded(said) from error
-        if said.startswith("statics: nothing holds"):
-            said += "; or give at=0.0 in place of 'equilibrium', if the scene begins in balance"
         raise SceneError(said) from None
 
 
@@ -210,8 +206,7 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
         held = without_commands(scene)
         check_state(held, "")
         still = equilibrium(held, comm)
-        still.run()
-        moving = MovingState(changed, *still.saved(), comm, 0.0)
+        moving = MovingState(changed, still.arrays, still.counters, comm, 0.0)
         return moving, inputs, "the static equilibrium"
     line = Axis((0.0, 0.0, 1.0))
     if rate:
@@ -249,6 +244,9 @@ def _system_of(
     branches = state.branches(columns=True)
     matrices, times = (*state.matrices(columns=True), *branches.values()), tuple(branches)
     rest = isinstance(state, SteadyRotation) and not state.rate
+    unseen = {probe.name: why for probe in scene.probes if (why := unfit(state, probe))}
+    for name, why in unseen.items():
+        warn(f"linearise: probe '{name}' is left out, as {why}")
     seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=rest, times=times)
     rows = np.zeros((len(matrices), len(seen), state.system.size))
     for k, one in enumerate(seen.values()):
@@ -264,7 +262,7 @@ def _system_of(
     said = f"scene '{scene.name}' about {about}"
     names = tuple(inputs), tuple(seen)
     of = M, C, K, *driven, *names
-    system = LinearSystem(*of, said, kept, state.shift, times, tuple(relaxing))
+    system = LinearSystem(*of, said, kept, state.shift, times, tuple(relaxing), unseen)
     _doubt(state, system)
     return system
 

@@ -92,7 +92,28 @@ class Response:
 
     def plot(self) -> Figure:
         """Bode plot of all responses, with densities below where there are some."""
-        return _bode(self.frequencies, self.frf, self.psd, self.inputs, self.outputs)
+        import matplotlib as mpl
+
+        from shellmb.observers.drawing import STYLE, figure
+
+        f, labels = self.frequencies, ["amplitude\n[output/input]", "phase [deg]"]
+        labels += [] if self.psd is None else ["density\n[output²/Hz]"]
+        with mpl.rc_context(STYLE):
+            made = figure(7.0, 2.2 * len(labels))
+            plots = made.subplots(len(labels), 1, sharex=True)
+            for name, frf in self._pairs.items():
+                if frf.any():
+                    plots[0].semilogy(f, np.abs(frf), label=name)
+                    plots[1].plot(f, _broken(np.degrees(np.angle(frf))))
+            plots[1].set(ylim=(-190, 190), yticks=range(-180, 181, 90))
+            if self.psd is not None:
+                plots[2].semilogy(f, self.psd.T, label=self.outputs)
+            for axes, name in zip(plots, labels, strict=True):
+                axes.set_ylabel(name)
+                if axes.get_legend_handles_labels()[1]:
+                    axes.legend()
+            plots[-1].set_xlabel("frequency [Hz]")
+        return made
 
     def save(self, directory: Path | str, pictures: bool = True) -> Path:
         """Write `response.csv`, `summary.json`, and `bode.png`, to a new or empty directory.
@@ -326,41 +347,6 @@ def _alike(omega: Floats, ratio: Floats) -> Floats:
     found = np.divide(above, below, out=np.zeros_like(below), where=below > 0)
     np.fill_diagonal(found, 1.0)
     return np.asarray(found)
-
-
-def _bode(
-    f: Floats, frf: Any, psd: Floats | None, inputs: Sequence[str], outputs: Sequence[str]
-) -> Figure:
-    """Amplitude and phase over the frequency, and densities below.
-
-    Args:
-        f: Frequencies, Hz.
-        frf: Frequency responses, shape (outputs, inputs, n).
-        psd: Densities, shape (outputs, n); None: none.
-        inputs: Names of the inputs.
-        outputs: Names of the outputs.
-    """
-    import matplotlib as mpl
-
-    from shellmb.observers.drawing import STYLE, figure
-
-    labels = ["amplitude\n[output/input]", "phase [deg]"]
-    labels += [] if psd is None else ["density\n[output²/Hz]"]
-    with mpl.rc_context(STYLE):
-        made = figure(7.0, 2.2 * len(labels))
-        plots = made.subplots(len(labels), 1, sharex=True)
-        for o, i in zip(*np.nonzero(np.any(frf, axis=2)), strict=True):
-            plots[0].semilogy(f, np.abs(frf[o, i]), label=f"{outputs[o]} / {inputs[i]}")
-            plots[1].plot(f, _broken(np.degrees(np.angle(frf[o, i]))))
-        plots[1].set(ylim=(-190, 190), yticks=range(-180, 181, 90))
-        if psd is not None:
-            plots[2].semilogy(f, psd.T, label=outputs)
-        for axes, name in zip(plots, labels, strict=True):
-            axes.set_ylabel(name)
-            if axes.get_legend_handles_labels()[1]:
-                axes.legend()
-        plots[-1].set_xlabel("frequency [Hz]")
-    return made
 
 
 def _broken(phase: Floats) -> Floats:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
@@ -96,6 +97,7 @@ class LinearSystem:
         shift: A number of the size of the lowest poles, next to which they are looked for [1/s].
         times: Relaxation times of Maxwell branches [s].
         branches: Their stiffness, each of shape (n, n).
+        no_outputs: Probes of the scene that are none, by name, with the reason.
     """
 
     M: sp.csr_array
@@ -112,6 +114,7 @@ class LinearSystem:
     shift: float = 1.0
     times: tuple[float, ...] = ()
     branches: Matrices = ()
+    no_outputs: Mapping[str, str] = MappingProxyType({})
 
     @property
     def size(self) -> int:
@@ -138,7 +141,8 @@ class LinearSystem:
         Raises:
             SceneError: If there is no such name.
         """
-        i, o = _places("input", inputs, self.inputs), _places("output", outputs, self.outputs)
+        i = _places("input", inputs, self.inputs)
+        o = _places("output", outputs, self.outputs, self.no_outputs)
         return replace(
             self,
             F=tuple(f[:, i] for f in self.F),
@@ -438,12 +442,19 @@ def _of_format(path: Path | str) -> tuple[Path, bool]:
     return where, where.suffix == ".mat"
 
 
-def _places(what: str, given: Sequence[str] | str | None, known: tuple[str, ...]) -> list[int]:
+def _places(
+    what: str,
+    given: Sequence[str] | str | None,
+    known: tuple[str, ...],
+    none: Mapping[str, str] = MappingProxyType({}),
+) -> list[int]:
     """Places of names among those that are known."""
     if given is None:
         return list(range(len(known)))
     names = [given] if isinstance(given, str) else list(given)
     for name in names:
         if name not in known:
-            raise SceneError(f"{what} is {name!r}; it must be one of {listed(known) or 'none'}")
+            why = f", which is none ({none[name]})" if name in none else ""
+            right = f"it must be one of {listed(known) or 'none'}"
+            raise SceneError(f"{what} is {name!r}{why}; {right}")
     return [known.index(name) for name in names]

@@ -258,8 +258,7 @@ class Sensitivities:
         if len(self.path):
             write_text(self.directory / "path.csv", self.path.to_csv(index_label="point"))
         if len(self.results):
-            table = self.results.to_csv(index_label="result")
-            write_text(self.directory / "results.csv", table)
+            write_text(self.directory / "results.csv", self.results.to_csv(index_label="result"))
 
     def __repr__(self) -> str:
         names = ", ".join(f"{p.name} = {p.value:g}" for p in self.parameters)

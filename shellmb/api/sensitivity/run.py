@@ -13,25 +13,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from shellmb.api.folders import placed
 from shellmb.api.modal import at_most, modes
+from shellmb.api.runs import placed
 from shellmb.api.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
 from shellmb.errors import SceneError, warn
 from shellmb.files.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
-from shellmb.sensitivity.parameters import (
-    Differentiated,
-    Parameter,
-    beside,
-    differentiated,
-    independent,
-    next_to,
-    parameters_of,
-    widened,
-    without_effect,
-)
+from shellmb.sensitivity.parameters import Differentiated, Parameter, differentiated, independent
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -91,7 +81,7 @@ def sensitivities(
             event is too short for the differences.
     """
     made = differentiated(scene, values, **options)
-    chosen = parameters_of(made, parameters, scales)
+    chosen = made.parameters(parameters, scales)
     for name, given, known in (("columns", columns, COLUMNS), ("at", at, AT)):
         if given not in known:
             raise SceneError(
@@ -106,9 +96,9 @@ def sensitivities(
     if base.controllers or base.all_events:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
-    scenes = {p: beside(made, base, p) for p in widened(chosen, base)}
+    scenes = {p: made.beside(base, p) for p in (c.widened(base) for c in chosen)}
     unmoved = [p for p, both in scenes.items() if independent(*both)]
-    said = [without_effect(p, base, scenes[p][0]) for p in unmoved]
+    said = [p.without_effect(base, scenes[p][0]) for p in unmoved]
     if base.errors:
         said.append(
             "errors=True has no effect beside derivatives; run the scene by itself for errors"
@@ -177,7 +167,7 @@ def _execute(
     def make(run: Simulation) -> list[Pair]:
         for p, both in scenes.items():
             _check_room(run, len(sides), len(scenes))
-            with next_to(p):
+            with p.named():
                 sides[p] = [
                     PerturbedScene(
                         scene, directory / side_folder(p.name, side), columns, fields, run
@@ -272,9 +262,9 @@ def frequency_sensitivities(
     if count < 1:
         raise SceneError(f"sensitivities: count is {count}; it must be at least 1")
     made = differentiated(scene, values, **options)
-    chosen = [p.apart(APART) for p in parameters_of(made, parameters, scales)]
+    chosen = [p.apart(APART) for p in made.parameters(parameters, scales)]
     base = made.base()
-    scenes = {p: beside(made, base, p) for p in chosen}
+    scenes = {p: made.beside(base, p) for p in chosen}
     # one more tells whether the last one is simple
     here = _frequencies(base, count + 1, loaded)
     known = min(count, len(here))
@@ -295,7 +285,7 @@ def frequency_sensitivities(
         if not slopes.any():
             said = f"no frequency depends on '{p.name}' near {p.value:g}: its derivatives are zero"
             if independent(above, below):
-                said = without_effect(p, base, above)
+                said = p.without_effect(base, above)
             warn(said)
     if near[:known].any():
         said = ", ".join(str(k + 1) for k in np.flatnonzero(near[:known]))

@@ -18,7 +18,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.errors import SceneError
+from shellmb.errors import UnheldError
 from shellmb.model.body import Body, added
 from shellmb.model.elements import ElementGroup
 from shellmb.model.model import Model
@@ -61,7 +61,7 @@ def refuse_mechanisms(model: Model) -> None:
         model: The bodies, with consistent constraints.
 
     Raises:
-        SceneError: If something can; names the bodies and their motions.
+        UnheldError: If something can; names the bodies and their motions.
     """
     motions = Motions(model)
     free = motions.free()
@@ -88,7 +88,7 @@ def refuse_mechanisms(model: Model) -> None:
         return
     count = len(found) - NAMED
     more = f", and {count} more {'body' if count == 1 else 'bodies'} can move" if count > 0 else ""
-    raise SceneError(
+    raise UnheldError(
         f"statics: nothing holds these motions: {'; '.join(found[:NAMED])}{more}; add supports, "
         "joints or springs that do (a load does not), or let it move, as with scheme='ep'"
     )

@@ -23,9 +23,9 @@ from shellmb.observers.files.output_parts import drawn_bodies
 from shellmb.observers.summary import versions, write_json
 from shellmb.running.directory import claimed, written
 from shellmb.running.memory import check_memory
-from shellmb.running.natural_modes.vibration import Modes, Shape, mode_shape, parts_of
+from shellmb.running.natural_modes.shapes import Shape, mode_shape, parts_of
+from shellmb.running.natural_modes.vibration import Modes, natural_modes
 from shellmb.running.results import Results, add_results
-from shellmb.running.rotating.loaded import modes_at_rest
 from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.buckling import linear_buckling
@@ -62,7 +62,7 @@ def find_modes(
         RunError: If the function `results` raises, or the disk is full.
     """
     with modes_directory(scene, out, comm) as run:
-        modes = modes_at_rest(scene, comm, count, loaded)
+        modes = natural_modes(scene, comm, count, loaded)
         summary = run.summary(modes.model, modes.unknowns) | {
             "loaded": loaded,
             "frequencies_hz": modes.frequencies,
@@ -72,7 +72,7 @@ def find_modes(
             "warnings": modes.warnings,
             "elements": modes.model.elements,
         }
-        rows = zip(modes.frequencies, modes.omega, modes.growth, ~modes.growing, strict=True)
+        rows = zip(modes.frequencies, modes.omega, modes.growth, modes.growth <= 0, strict=True)
         lines = [
             f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(stable)}"
             for k, (f, w, g, stable) in enumerate(rows, start=1)
@@ -225,8 +225,8 @@ def find_buckling(
     with modes_directory(scene, out, comm) as run:
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
-        parts = zip(found.energies, parts_of(found.system, found.vectors), strict=True)
-        modes = [Motion(k, energy, (part,)) for k, (energy, part) in enumerate(parts, start=1)]
+        pairs = enumerate(zip(found.energies, found.vectors, strict=True), start=1)
+        modes = [Motion(k, energy, (parts_of(found.system, v),)) for k, (energy, v) in pairs]
 
         def better(finer: Scene) -> Floats:
             return linear_buckling(finer, comm, count).factors

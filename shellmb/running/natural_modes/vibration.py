@@ -1,88 +1,85 @@
 """Natural frequencies and modes about the reference or a loaded state (SLEPc, shift and invert)."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from mpi4py import MPI
-from petsc4py import PETSc
 
 import numpy as np
+import ufl
+from dolfinx import fem
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Complex, Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.modes import SECTIONS, beside_better
-from shellmb.errors import SceneError, petsc_in_words
+from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
+from shellmb.model.body import Body, Rates
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
-from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.modal.tangent import tangent
+from shellmb.running.natural_modes.equilibrium import Equilibrium, equilibrium
+from shellmb.running.natural_modes.shapes import Shape, mode_shape, parts_of
+from shellmb.running.rotating.modes import SPARE, modes_of
+from shellmb.running.rotating.state import MovingState, check_state
 from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.eigenmodes import Lowest, lowest
-from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import BlockSystem
-
-Shape = dict[str, Floats]
 
 
 @dataclass(frozen=True)
 class Modes:
-    """Natural modes, lowest first.
+    """Natural modes, lowest first; with damping those with the smallest eigenvalues first.
 
     Args:
-        omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable. Of
-            complex ones, which come in pairs where loads follow the bodies, the real parts.
-        shapes: For each mode, by the body's name in the system, the displacement of a shell or a
-            beam at this rank's nodes, shape (n, 3), and of the rigid bodies of this rank the
-            displacement of the centre and the changes of the three directors, shape (n, 12).
+        squares: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable. Complex
+            ones come in pairs where loads follow the bodies.
+        omega: Angular frequencies, rad/s; a mode that grows without swinging has a negative one.
+        growth: Rates at which modes grow, `exp(growth t)`, 1/s; negative where dampers resist them.
+        fields: Fields of each mode by name, as files have them: by the body's name in the system,
+            the displacement of a shell or a beam at this rank's nodes, shape (n, 3), and of the
+            rigid bodies of this rank the displacement of the centre and the changes of the three
+            directors, shape (n, 12).
         model: The model, with the nodes' positions.
         unknowns: Number of unknowns of the eigenproblem.
         rigid: Number of rigid-body modes, which are the first ones.
-        imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
         doubtful: Warnings about bodies that are too stiff, as their elements lock, on modes that
             these hardly resist, and on bodies that forces do not stiffen, as their strains are
             small.
     """
 
-    omega2: Floats
-    shapes: list[Shape]
+    squares: Complex
+    omega: Floats
+    growth: Floats
+    fields: list[dict[str, Shape]]
     model: Model
     unknowns: int
     rigid: int
-    imaginary: Floats
     unstable: int | None
     doubtful: Sequence[str] = ()
 
     @property
-    def omega(self) -> Floats:
-        """Angular frequencies, rad/s; a mode that grows without swinging has a negative one."""
-        root = np.sqrt(self.omega2 + 1j * self.imaginary)
-        return np.where(self.imaginary == 0.0, np.sign(self.omega2) * np.abs(root), root.real)
+    def omega2(self) -> Floats:
+        """Real parts of the squares."""
+        return self.squares.real
 
     @property
-    def growth(self) -> Floats:
-        """Rates at which modes grow, `exp(growth t)`, 1/s; zero of those that do not."""
-        root = np.sqrt(self.omega2 + 1j * self.imaginary)
-        grows = np.arange(len(root)) >= self.rigid
-        return np.where(grows, np.abs(root.imag), 0.0)
+    def imaginary(self) -> Floats:
+        """Imaginary parts of the squares, zero where these are real."""
+        return self.squares.imag
 
     @property
-    def growing(self) -> Bools:
-        """Modes that grow."""
-        return self.growth > 0
-
-    @property
-    def fields(self) -> list[dict[str, Shape]]:
-        """Fields of each mode by name, as files have them."""
-        return [{"displacement": shape} for shape in self.shapes]
+    def shapes(self) -> list[Shape]:
+        """Displacements of each mode, with damping their real parts."""
+        return [fields["displacement"] for fields in self.fields]
 
     @property
     def warnings(self) -> list[str]:
         """Warnings that the state is unstable, or that bodies are too stiff or too soft."""
         said, growth = [], self.growth
-        places = np.flatnonzero(self.growing)
+        places = np.flatnonzero(growth > 0)
         if len(places):
             k = int(places[np.argmax(growth[places])])
             numbers = ", ".join(str(n + 1) for n in places)
@@ -110,13 +107,15 @@ class Modes:
 def natural_modes(
     scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, count: int = 6, loaded: bool = False
 ) -> Modes:
-    """Natural modes of a scene.
+    """Natural modes of a scene, and of a loaded one that resists velocities damped ones.
+
+    Those are the modes about a steady rotation with the rate zero.
 
     Args:
         scene: The scene; its scheme does not matter.
         comm: Communicator.
         count: Number of modes wanted, rigid-body modes included.
-        loaded: Whether the modes are those of the static equilibrium under the scene's loads.
+        loaded: Whether about the static equilibrium under the scene's loads, with its damping.
 
     Raises:
         SceneError: If a body has no mass, `count` is not positive, or constraints contradict one
@@ -124,60 +123,72 @@ def natural_modes(
         ConvergenceError: If the static state or the eigenproblem does not converge, or there are
             fewer modes than wanted.
     """
-    return modes_about(scene, comm, count, equilibrium(scene, comm) if loaded else None)
-
-
-def equilibrium(scene: Scene, comm: MPI.Comm) -> Simulation:
-    """Static run of a scene to its end, before it begins.
-
-    Args:
-        scene: The scene; its scheme does not matter.
-        comm: Communicator.
-    """
-    return Simulation(scene.with_options(scheme="static"), comm)
-
-
-def in_motion(scene: Scene) -> Scene:
-    """The scene with a scheme that has velocities; how it steps does not matter.
-
-    Args:
-        scene: The scene.
-    """
-    return scene.with_options(scheme=SIMPLEST)
-
-
-def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | None) -> Modes:
-    """Natural modes as of `natural_modes`, without what resists velocities.
-
-    Args:
-        scene: The scene.
-        comm: Communicator.
-        count: Number of modes wanted, rigid-body modes included.
-        state: Static run whose end they are about, which is run here; None: the reference.
-    """
     check_count(count)
-    moving = in_motion(scene)
-    # forces of joints and supports are those of the equilibrium, in its unit
-    model, _ = checked_model(moving, comm, None if state is None else state.model.force)
+    state = equilibrium(scene, comm) if loaded else None
+    found = _undamped(scene, comm, count, state)
+    resisting = [body.name for body in found.model.bodies if _resists(body)]
+    if state is None or not resisting:
+        return found
+    try:
+        return _damped(scene, state, found, count)
+    except (SceneError, ConvergenceError) as error:
+        why = str(error).removeprefix("modes: ")
+        return replace(
+            found,
+            doubtful=[
+                f"damping ({', '.join(resisting)}) is left out: growth and frequencies are those "
+                f"of the same scene without it, and it may be unstable where these are not. {why}",
+                *found.doubtful,
+            ],
+        )
+
+
+def _undamped(scene: Scene, comm: MPI.Comm, count: int, state: Equilibrium | None) -> Modes:
+    """Modes about an equilibrium, or the reference, without what resists velocities."""
     if state is None:
+        model, _ = checked_model(scene.with_options(scheme=SIMPLEST), comm)
         system, stiffness, mass = tangent(model)
     else:
-        state.run()
-        end, t = state.problem.start_factor, state.t
-        system, stiffness, mass = tangent(model, state.arrays(), lambda of: end(t, of))
+        model = state.model
+        system, stiffness, mass = tangent(model, state.arrays, state.factor)
     found = lowest(model, system, stiffness, mass, count, state is not None)
-    shapes = [mode_shape(system, model, vector) for vector in found.vectors]
-    values = found.values
+    squares, root = found.values, np.sqrt(found.values)
+    swung = np.where(squares.imag == 0.0, np.sign(squares.real) * np.abs(root), root.real)
+    growth = np.where(np.arange(len(root)) >= found.rigid, np.abs(root.imag), 0.0)
+    fields = [{"displacement": mode_shape(system, model, v)} for v in found.vectors]
+    doubtful = _doubtful(model, system, found, state)
     return Modes(
-        values.real,
-        shapes,
-        model,
-        system.size,
-        found.rigid,
-        values.imag,
-        found.unstable,
-        _doubtful(model, system, found, state),
+        squares, swung, growth, fields, model, system.size, found.rigid, found.unstable, doubtful
     )
+
+
+def _damped(scene: Scene, state: Equilibrium, undamped: Modes, count: int) -> Modes:
+    """Modes with damping about an equilibrium, of which those without are known; collective."""
+    check_state(scene, "")
+    moving = MovingState(scene, state.arrays, state.counters, undamped.model.comm, 0.0)
+    # those of a diagram at the rate zero
+    found = modes_of(moving, count, SPARE)
+    values, number, rigid = found.values[:count], np.arange(1, count + 1), min(found.rigid, count)
+    # of what swings without end round-off may grow
+    grows = (values.real <= 0) | np.isin(number, found.unstable)
+    return replace(
+        undamped,
+        squares=-(values**2),
+        omega=values.imag,
+        growth=np.where((number > rigid) & grows, values.real, 0.0),
+        fields=found.fields[:count],
+        model=found.model,
+        unknowns=found.unknowns,
+        rigid=rigid,
+    )
+
+
+def _resists(body: Body) -> bool:
+    """Decide whether forces of a body depend on velocities."""
+    space = body.mixed.space
+    q, rate, now = fem.Function(space), fem.Function(space), fem.Constant(space.mesh, 0.0)
+    work = body.applied(q, Rates(rate, rate), ufl.TestFunction(space), now)
+    return body.damping is not None or (work is not None and rate in work.coefficients())
 
 
 def check_count(count: int) -> None:
@@ -191,19 +202,13 @@ def check_count(count: int) -> None:
 
 
 def _doubtful(
-    model: Model, system: BlockSystem, found: Lowest, simulation: Simulation | None
+    model: Model, system: BlockSystem, found: Lowest, about: Equilibrium | None
 ) -> list[str]:
     """Sentences on bodies that are too stiff or too soft in modes; collective."""
-    state = None
-    if simulation is not None:
-        arrays = simulation.arrays()
-
-        def state(name: str) -> Floats:
-            return arrays[f"{name}/q"]
-
+    state = None if about is None else lambda name: about.arrays[f"{name}/q"]
     modes = [
-        Motion(k + 1, found.energies[k], (part,))
-        for k, part in enumerate(parts_of(system, found.vectors))
+        Motion(k + 1, found.energies[k], (parts_of(system, vector),))
+        for k, vector in enumerate(found.vectors)
         if k >= found.rigid and found.energies[k] > 0
     ]
     if not modes:
@@ -220,54 +225,3 @@ def _doubtful(
     what = "frequency without loads" if loaded else "frequency"
     said = beside_better(model, modes, system.size, values, better, what, loaded)
     return said + [text for look in SECTIONS for text in look(model, state, modes)]
-
-
-def parts_of(
-    system: BlockSystem, vectors: Iterable[PETSc.Vec]
-) -> Iterator[Callable[[str], Floats]]:
-    """Local arrays of each vector by names of bodies; collective."""
-    place = {f.name: system.numbering.slice(k) for k, f in enumerate(system.fields)}
-
-    def parts(values: Floats) -> Callable[[str], Floats]:
-        return lambda name: values[place[name]]
-
-    for vector in vectors:
-        yield parts(system.local_values(vector))
-
-
-def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
-    """The mode, its largest displacement one unit of length."""
-    (shape,) = scaled(model, nodal_shape(system, model, vector))
-    return shape
-
-
-def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
-    """Values of a mode at the nodes of this rank, as of `Modes`, of whatever size."""
-    (part_of,) = parts_of(system, [vector])
-    shapes, meshed = {}, {**model.meshed, **model.own}
-    for field in system.fields:
-        part = part_of(field.name)
-        if field.name in meshed:
-            shapes[field.name] = part[meshed[field.name].mixed.dofs["u"]].reshape(-1, 3)
-        elif model.rigid is not None and field.name == model.rigid.name:
-            dofs = model.rigid.mixed.dofs
-            rows = [part[dofs["u"]].reshape(-1, 3), part[dofs["w"]].reshape(-1, 9)]
-            shapes[field.name] = np.concatenate(rows, axis=1)
-    for name in modal_members(model):
-        state = ModalNodes(model, name)
-        frame, eta = (part_of(n) for n in (state.state.rigid, state.state.modes.name))
-        shapes[name] = state.shape(*state.state.read(frame, eta))
-    return shapes
-
-
-def scaled(model: Model, *shapes: Shape) -> tuple[Shape, ...]:
-    """Shapes that belong together, the largest displacement in them one unit of length."""
-    # of rigid bodies that turn about their centres, the directors times the length of the scene
-    sizes = (_size(part, model.length) for shape in shapes for part in shape.values())
-    largest = model.comm.allreduce(max(sizes, default=0.0), op=MPI.MAX)
-    return tuple({name: part / largest for name, part in shape.items()} for shape in shapes)
-
-
-def _size(shape: Floats, length: float) -> float:
-    turned = float(np.max(np.abs(shape[:, 3:]), initial=0.0))
-    return max(float(np.max(np.abs(shape[:, :3]), initial=0.0)), length * turned)

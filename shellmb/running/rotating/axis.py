@@ -294,7 +294,8 @@ def held(scene: Scene) -> Scene:
     def still(item: Any, turns: bool) -> Any:
         if not turns or item.rotation is None:
             return item
-        return replace(item, rotation=_still(item.rotation))
+        # nothing of it but the small one that linear systems add to it
+        return replace(item, rotation=getattr(item.rotation, "still", _nothing))
 
     drivers = tuple(still(d, _grounded(scene.joint(d.joint))) for d in scene.drivers)
     supports = tuple(still(s, True) for s in scene.supports)
@@ -303,11 +304,6 @@ def held(scene: Scene) -> Scene:
 
 def _grounded(joint: Any) -> bool:
     return GROUND in (joint.first, joint.second)
-
-
-def _still(rotation: Any) -> Any:
-    """Nothing of a rotation but the small one that linear systems add to it."""
-    return getattr(rotation, "still", _nothing)
 
 
 def _nothing(t: float) -> float:

@@ -26,9 +26,9 @@ from shellmb.native.derivatives import derivative
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.constraint_analysis.redundancy import largest_gap
 from shellmb.preprocessing.modal.tangent import Blocks
-from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.axis import Axis, held
 from shellmb.scene import Scene
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.schemes.base import Levels
 from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.start.consistent import Relaxation
@@ -231,15 +231,12 @@ class SteadyRotation(Linearised):
     """
 
     def __init__(self, scene: Scene, axis: Axis, comm: MPI.Comm, loaded: bool) -> None:
-        still = in_motion(held(scene))
+        still = held(scene).with_options(scheme=SIMPLEST)
         self.loaded, self.scene = loaded, scene
         model, _ = checked_model(still, comm)
         frames = {body.name: RotatingFrame(body, axis) for body in model.bodies}
-        levels = {
-            body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
-            for body in model.bodies
-        }
-        _check_closed(model, levels)
+        levels = as_given(model)
+        check_closed(model, levels)
         super().__init__(model, axis, frames, levels, still.t_end if loaded else 0.0, loaded)
 
     def go(self, rate: float) -> None:
@@ -288,7 +285,16 @@ class SteadyRotation(Linearised):
         raise ConvergenceError(f"nothing came to rest in {STEPS} steps")
 
 
-def _check_closed(model: Model, levels: dict[str, Levels]) -> None:
+def as_given(model: Model) -> dict[str, Levels]:
+    """Functions of bodies that are where the scene has them."""
+    return {
+        body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
+        for body in model.bodies
+    }
+
+
+def check_closed(model: Model, levels: dict[str, Levels]) -> None:
+    """Refuse joints that are open; collective."""
     q = {name: own.q for name, own in levels.items()}
     gap, name, said = largest_gap(model, q) if model.mechanism.joints else (0.0, "", "")
     if gap > OPEN:

@@ -11,7 +11,7 @@ from shellmb.diagnostics.modes import stiffened_modes
 from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
-from shellmb.running.natural_modes.vibration import Shape, nodal_shape, parts_of, scaled
+from shellmb.running.natural_modes.shapes import Shape, nodal_shape, parts_of, scaled
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation
 from shellmb.running.rotating.quadratic import NEUTRAL, STILL, Pair, motions, product, turned
 from shellmb.running.rotating.rigid import FreeMotions
@@ -170,7 +170,7 @@ def _doubtful(rotating: Linearised, pairs: Sequence[Pair], rigid: int) -> list[s
     for number, pair in enumerate(pairs, start=1):
         if number > rigid:
             energy = abs(pair.value) ** 2 * product(rotating.mass, pair, pair).real / 2
-            parts = tuple(parts_of(rotating.system, (pair.real, pair.imaginary)))
+            parts = tuple(parts_of(rotating.system, vector) for vector in pair[1:])
             modes.append(Motion(number, energy, parts))
     state = {name: levels.q.x.array for name, levels in rotating.levels.items()}.__getitem__
     return list(stiffened_modes(rotating.model, state, modes))

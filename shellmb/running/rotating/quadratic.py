@@ -16,6 +16,8 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
+from shellmb.system.direct.mumps import Inertia, new_prefix
+from shellmb.system.direct.symmetry import is_symmetric
 from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, quotients, shift_and_invert
 
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
@@ -33,6 +35,8 @@ CROWDED = ((1.0, 16), (1.37, 16))
 # but so many times the round-off of stiffness and spin: of bodies that spin up to 5e5 were seen.
 NEUTRAL, FOUND, NOISE = 3e-3, 1e-5, 5e6
 
+# all that is so slow is nearer to the shift than this part of it, and found before what is not
+BEYOND = 1.01
 # iterations of each; what does not crowd takes ten
 MOST = 100
 
@@ -168,9 +172,10 @@ def motions(
 ) -> tuple[list[Pair], list[Pair]]:
     """Lowest pairs: those that are zero, each free motion once, and the others; collective.
 
-    The zero of a free motion is double, and found as a complex pair or as two real numbers; that of
-    what only a damper holds is single. Shapes tell them apart, but where many zeros mix they are
-    less different than the motions: it is half as many motions as zeros at least.
+    The zero of a free motion is double, and found as a complex pair or as two real numbers: it is
+    half as many motions as zeros at least. That of what only a damper holds is single. Shapes tell
+    them apart, but where many zeros mix they are less different than the motions, and pivots of the
+    stiffness count what it does not hold.
 
     Args:
         matrices: Stiffness, damping and gyroscopic terms, and mass.
@@ -183,26 +188,48 @@ def motions(
         ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
     """
     find = Relaxing(*matrices, branches).solve if branches else partial(solve_quadratic, *matrices)
-    pairs, M = [exact(pair) for pair in find(count, shift)], matrices[2]
+    pairs = [exact(pair) for pair in find(count, shift)]
     if not branches:
         pairs = told_from_zero(pairs, *matrices, shift)
     zero = [pair for pair in pairs if abs(pair.value) < STILL * shift]
-    real = [pair for pair in zero if pair.value.imag == 0]
-    halved = [pair for pair in zero if pair.value.imag != 0] + real[::2]
-    shapes: list[Pair] = []
-    for pair in zero:
-        whole = product(M, pair, pair).real
-        for part in pair[1:]:
-            alone = Pair(pair.value, part.copy(), 0.0 * part)
-            # twice: round-off of the first time is left
-            for other in shapes * 2:
-                alone.real.axpy(-product(M, other, alone).real, other.real)
-            square = product(M, alone, alone).real
-            if square > SAME * whole:
-                alone.real.scale(square**-0.5)
-                shapes.append(alone)
     above = [pair for pair in pairs if abs(pair.value) >= STILL * shift]
-    return max(halved, shapes, key=len), above
+    if not zero:
+        return [], above
+    K, C, M = matrices
+    least = math.ceil(sum(1 if pair.value.imag == 0 else 2 for pair in zero) / 2)
+    complete = any(abs(pair.value - shift) > BEYOND * shift for pair in above)
+    if complete and C.norm() > 0 and is_symmetric(K):
+        slow = sum(abs(pair.value) < NEUTRAL * shift for pair in above)
+        least = max(least, _unheld(K, M, NEUTRAL * shift) - slow)
+    return _shapes(zero, least, M), above
+
+
+def _unheld(K: PETSc.Mat, M: PETSc.Mat, slow: float) -> int:
+    """Number of squares that are nearer to zero than that of a frequency; zero if unknown."""
+    counts = []
+    for square in (-(slow**2), slow**2):
+        shifted = K.copy()
+        shifted.axpy(square, M)
+        counts.append(Inertia(shifted, f"{new_prefix(shifted)}unheld_").negative())
+    below, above = counts
+    return 0 if below is None or above is None else below - above
+
+
+def _shapes(zero: Sequence[Pair], least: int, M: PETSc.Mat) -> list[Pair]:
+    """Motions of zeros that differ from one another, the clearest first, `least` at least."""
+    parts = [product(M, pair, pair).real ** -0.5 * part for pair in zero for part in pair[1:]]
+    found: list[Pair] = []
+    while parts:
+        squares = [part.dot(M * part) for part in parts]
+        k = int(np.argmax(squares))
+        if squares[k] <= (SAME if len(found) >= least else 0.0):
+            break
+        shape = squares[k] ** -0.5 * parts.pop(k)
+        found.append(Pair(0j, shape, 0.0 * shape))
+        across = M * shape
+        for part in parts:
+            part.axpy(-across.dot(part), shape)
+    return found
 
 
 def _round_off(A: PETSc.Mat, M: PETSc.Mat, pairs: Sequence[Pair]) -> Floats:

@@ -52,10 +52,6 @@ class Affine(NamedTuple):
     matrix: Floats
     shift: Floats
 
-    def minus(self) -> Affine:
-        """The opposite field."""
-        return Affine(-self.matrix, -self.shift)
-
 
 def spinning(omega: Floats, about: Floats) -> Affine:
     """Velocities of a rotation about a point.
@@ -213,10 +209,9 @@ def unsteady_part(
     spins = Spins(products, motion, turn.matrix)
     squares, free = [], _free(scene)
     for of, rest, frame in zip(motion, spins.rest, (turn, inward), strict=True):
-        left = frame.minus()
         # a uniform motion, or fall, of all that is free to go on changes nothing
-        mean = whole.translation(of) + left.matrix @ whole.centre + left.shift
-        left = Affine(left.matrix, left.shift - free @ mean)
+        mean = whole.translation(of) - frame.matrix @ whole.centre - frame.shift
+        left = Affine(-frame.matrix, -frame.shift - free @ mean)
         squares.append((products.square(rest, left), products.square(of, left)))
     (moving, relative), (pushing, pushed) = squares
     moved, pulled = (products.square(of) for of in motion)

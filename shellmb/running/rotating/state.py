@@ -21,7 +21,6 @@ from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
-from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.axis import Axis, bearing, check_steady
 from shellmb.running.rotating.linearised import Linearised, RotatingFrame
 from shellmb.running.rotating.modes import RotatingModes
@@ -212,7 +211,7 @@ class MovingState(Linearised):
     ) -> None:
         self.time = t = float(counters["t"])
         _refuse_strained(scene, any(key.endswith("/v") for key in arrays))
-        moving = in_motion(scene)
+        moving = scene.with_options(scheme=SIMPLEST)
         model, _ = checked_model(moving, comm)
         model.mechanism.switches.restore(counters["switches"])
         found = _motion(model, arrays, t, moving.dt)

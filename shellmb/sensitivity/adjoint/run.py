@@ -13,14 +13,7 @@ from shellmb.scene import FromMode, Scene
 from shellmb.scene.schemes import REVERSIBLE
 from shellmb.sensitivity.adjoint.elementwise import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
-from shellmb.sensitivity.parameters import (
-    beside,
-    differentiated,
-    independent,
-    parameters_of,
-    widened,
-    without_effect,
-)
+from shellmb.sensitivity.parameters import differentiated, independent
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -103,18 +96,18 @@ def adjoint(
             f"adjoint: states is {states}, and parameters are named, for which all steps are kept; "
             "leave out one of both"
         )
-    chosen = parameters_of(made, parameters, scales) if parameters else ()
+    chosen = made.parameters(parameters, scales) if parameters else ()
     places = _places(fields)
     given = made.base()
     _refuse(given, places)
     check_objective(objective, given)
     base = varying(given, places)
-    scenes = {p: beside(made, given, p) for p in widened(chosen, given)}
+    scenes = {p: made.beside(given, p) for p in (c.widened(given) for c in chosen)}
     both, doubtful, said = [], list[str](), dict[Any, str]()
     for p, (above, below) in scenes.items():
         both.append((p, varying(above, places), varying(below, places)))
         if independent(above, below):
-            said[p.name] = without_effect(p, given, above)
+            said[p.name] = p.without_effect(given, above)
     world = MPI.COMM_WORLD if comm is None else comm
     from shellmb.sensitivity.adjoint.backwards import there_and_back
 

@@ -203,7 +203,7 @@ def axes(
     plotter.add_axes(
         line_width=2 * scale,
         color=theme.ink,
-        viewport=(0.0, 0.0, 0.14, 0.14 * window_ratio(plotter)),
+        viewport=(0.0, 0.0, 0.14, 0.14 * plotter.window_size[0] / plotter.window_size[1]),
     )
     unit = units.of("length")
     if box is not None:
@@ -235,12 +235,6 @@ def _rounded(view: View) -> tuple[Floats, Floats]:
     small = ZERO * float((view.high - view.low).max())
     low, high = (np.where(np.abs(x) < small, 0.0, x) for x in (view.low, view.high))
     return low, high
-
-
-def window_ratio(plotter: Any) -> float:
-    """Width of a plotter's window over its height."""
-    width, height = plotter.window_size
-    return float(width / height)
 
 
 def _fit(camera: Any, view: View, window: Sequence[int], texts: float) -> None:
