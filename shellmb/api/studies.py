@@ -12,7 +12,7 @@ import pandas as pd
 from shellmb.api.folders import path_of
 from shellmb.api.runs import as_text
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of, takes
+from shellmb.options.described import checks, options_of, takes
 from shellmb.options.run import Options, StudyOptions
 from shellmb.scene import Scene
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from shellmb.accuracy.studies.report import Finding
 
 
+@checks
 @dataclass(frozen=True)
 class Study:
     """Results of a study.

@@ -117,9 +117,7 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             try:
                 if abs(current_time - motion.time) > near(motion.time, abs(step_size)):
                     here = f"{motion.time:g}, where the last one ended (the first one at 0)"
-                    raise SceneError(
-                        f"step: it begins at {current_time:g}; it must begin at {here}"
-                    )
+                    raise SceneError(f"step: it begins at {current_time:g}; it must be at {here}")
                 for name, value in self._values.items():
                     motion.inputs[name] = value
                 motion.trial(step_size)

@@ -27,7 +27,7 @@ from shellmb.model.locations.nodes import (
 )
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
-from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
+from shellmb.scene import EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
 from shellmb.scene.lookup import by_kind, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.units import parse_units
@@ -410,15 +410,12 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     elements: tuple[Any, ...] = scene.force_elements
     direct += [(e.first, e.second) for e in elements if hasattr(e, "second")]
     for contact in scene.contacts:
-        direct += [(body.name, _touched(contact)) for body in scene.bodies_of(contact)]
+        touched = getattr(contact.obstacle, "shell", None) or contact.obstacle_body or GROUND
+        direct += [(body.name, touched) for body in scene.bodies_of(contact)]
     for first, second in (*ends, *direct, *((h.first, h.second) for h in hinges)):
         if GROUND not in (first, second):
             _tie(linked, first, second)
     return edges, joined, linked, {frozenset(pair) for pair in direct}
-
-
-def _touched(contact: Contact) -> str:
-    return getattr(contact.obstacle, "shell", None) or contact.obstacle_body or GROUND
 
 
 def _named(where: Any) -> Iterable[str]:

@@ -136,12 +136,9 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
     from_file = isinstance(shell.surface, GmshFile)
     order = shell.geometry_order or (None if from_file and meshed else 2)
     if order is not None:
-        if any(_order(model, t) != order for t in model.mesh.getElementTypes(2)):
+        kinds = map(model.mesh.getElementProperties, model.mesh.getElementTypes(2))
+        if any(kind[2] != order for kind in kinds):
             model.mesh.setOrder(order)
-
-
-def _order(model: Any, kind: int) -> int:
-    return int(model.mesh.getElementProperties(kind)[2])
 
 
 def _extract(model: Any, shell: Shell) -> RawMesh:

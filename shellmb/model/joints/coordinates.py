@@ -59,9 +59,7 @@ class BoundCoordinate:
     @property
     def group(self) -> tuple[str, int, int]:
         """Key that coordinates with common kernels share."""
-        first, second = (
-            end.needed(n) for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
-        )
+        first, second = (e.needed(n) for e, n in zip(self.ends, _VECTORS[self.kind], strict=True))
         return self.kind, first, second
 
 

@@ -205,7 +205,8 @@ class Branches:
         own = topology.index_map(topology.dim).size_local
         self._own = slice(0, own)
         # through its values at the points, so that resultants can be read elsewhere
-        degree = round(len(self._points) ** (1 / topology.dim)) - 1 if _tensor(domain) else 2
+        tensor = topology.cell_name() != "triangle"
+        degree = round(len(self._points) ** (1 / topology.dim)) - 1 if tensor else 2
         single = basix.ufl.element("P", domain.basix_cell(), degree, discontinuous=True)
         at_nodes = space_on(domain, basix.ufl.blocked_element(single, shape=(self._size,)))
         table = single.basix_element.tabulate(0, self._points)[0, :, :, 0]
@@ -399,10 +400,6 @@ def branches_of(body: Any) -> MaxwellBranches | None:
     make = getattr(body, "branches", None)
     found: MaxwellBranches | None = None if make is None else make()
     return found
-
-
-def _tensor(domain: mesh.Mesh) -> bool:
-    return str(domain.topology.cell_name()) != "triangle"
 
 
 def _renew(rows: Rows, other: Rows) -> None:

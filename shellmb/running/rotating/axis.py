@@ -307,8 +307,4 @@ def _grounded(joint: Any) -> bool:
 
 def _still(rotation: Any) -> Any:
     """Nothing of a rotation but the small one that linear systems add to it."""
-    return getattr(rotation, "still", _nothing)
-
-
-def _nothing(t: float) -> float:
-    return 0.0
+    return getattr(rotation, "still", lambda t: 0.0)

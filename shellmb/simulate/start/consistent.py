@@ -117,9 +117,8 @@ class VelocityProjection:
         """
         self.take_given()
         for name, field in self.fields.items():
-            given = [
-                rate(f) if f.moving else np.zeros(len(f.dofs)) for f in self._bodies[name].fixed
-            ]
+            held = self._bodies[name].fixed
+            given = [rate(f) if f.moving else np.zeros(len(f.dofs)) for f in held]
             field.values[: self._held[name]] = np.concatenate([*given, np.zeros(0)])
         self._newton.solve()
         found = {}
