@@ -190,12 +190,10 @@ def with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
     if files or any(n % times for n in sides_of(chosen)):
         raise SceneError(f"no mesh has 1/{times} of the elements")
 
-    def fewer(b: Any) -> Any:
+    def few(b: Any) -> Any:
         return b.with_sides(n // times for n in b.sides) if b in chosen else b
 
-    return replace(
-        scene, shells=tuple(map(fewer, scene.shells)), beams=tuple(map(fewer, scene.beams))
-    )
+    return replace(scene, shells=tuple(map(few, scene.shells)), beams=tuple(map(few, scene.beams)))
 
 
 def sides_of(bodies: Iterable[Any]) -> list[int]:

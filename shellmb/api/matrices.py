@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from shellmb.api.responding.system import LinearSystem, StateSpace
 from shellmb.api.runs import refuse_ranks, requested
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of, takes
+from shellmb.options.described import checks, options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
@@ -23,11 +23,13 @@ from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
     from shellmb.model.model import Model
+    from shellmb.scene.types import Vec3
 
 # of the scene's length: a node is at a point that is as near as this
 SAME = 1e-9
 
 
+@checks
 @dataclass(frozen=True)
 class Matrices:
     """Matrices of ``M x'' + C x' + K x = f`` in coordinates that no constraint ties.
@@ -59,9 +61,7 @@ class Matrices:
         """Number of coordinates."""
         return int(self.K.shape[0])
 
-    def row(
-        self, point: Sequence[float], component: int | Sequence[float] = 2, body: str | None = None
-    ) -> Floats:
+    def row(self, point: Vec3, component: Vec3 | int = 2, body: str | None = None) -> Floats:
         """A displacement in terms of the coordinates, ``u = row @ x``; ``row * F`` is a force.
 
         Args:
@@ -78,15 +78,16 @@ class Matrices:
         who = "matrices: row"
         target = self.scene.body(body, who)
         own, nodes, X, D = self._model.nodes_of(target.name)
-        axis = np.eye(3)[component] if isinstance(component, int) else np.asarray(component, float)
-        away = np.linalg.norm(X - np.asarray(point, dtype=float), axis=1)
+        axis = np.eye(3)[component] if isinstance(component, int) else np.asarray(component)
+        place = np.asarray(point)
+        away = np.linalg.norm(X - place, axis=1)
         node = int(np.argmin(away))
         numbers = self._numbers[own.name]
         rows = own.mixed.dofs["u"].reshape(-1, 3)[nodes[node]]
         found = axis @ self.basis[numbers[rows]].toarray()
         if D.shape[1] == 3 and own is self._model.rigid:
             # a point of a rigid body moves with its directors
-            arms = D[node] @ (np.asarray(point, dtype=float) - X[node])
+            arms = D[node] @ (place - X[node])
             turned = own.mixed.dofs["w"].reshape(-1, 3, 3)[nodes[node]]
             for arm, dofs in zip(arms, turned, strict=True):
                 found = found + arm * (axis @ self.basis[numbers[dofs]].toarray())
@@ -131,14 +132,15 @@ class Matrices:
         orders = forces, rows, (direct,) * (1 + more), np.zeros((2, *direct.shape))
         outs, ins = (tuple(map(str, range(n))) for n in direct.shape)
         of = self.M, self.C, self.K, *orders, ins, outs
-        whole = LinearSystem(
-            *of, times=tuple(self.branches), branches=tuple(self.branches.values())
-        )
-        return whole.state_space(modes)
+        made = LinearSystem(*of, times=tuple(self.branches), branches=tuple(self.branches.values()))
+        return made.state_space(modes)
 
     def _rows(self, name: str, given: Any) -> Floats:
-        found = np.eye(self.size) if given is None else np.atleast_2d(np.asarray(given, float))
-        if found.shape[1] != self.size:
+        try:
+            found = np.atleast_2d(np.eye(self.size) if given is None else np.asarray(given, float))
+        except (OverflowError, TypeError, ValueError):
+            raise SceneError(f"matrices: {name} are {show(given)}; they must be rows") from None
+        if found.shape[1:] != (self.size,):
             raise SceneError(
                 f"matrices: {name} have {found.shape[1]} columns; they must have {self.size}, one "
                 "for each coordinate"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from shellmb.api.record import StoredResult
 from shellmb.errors import SceneError
 from shellmb.observers.files.described import Described, read_described
+from shellmb.options.described import checks
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class Stability(StoredResult):
         return str(self.summary["verdict"])
 
 
+@checks
 class ModeShapes(StoredResult):
     """Modes of vibration or of linear buckling in their directory, lowest first.
 
@@ -162,6 +164,7 @@ class ModeShapes(StoredResult):
         return modes_card(self)
 
 
+@checks
 class RotatingModes(Stability):
     """Modes at several rates of rotation in their directory.
 
@@ -211,7 +214,7 @@ class RotatingModes(Stability):
             SceneError: If it is none of them.
         """
         for number, own in enumerate(self.rates, start=1):
-            if abs(own - rate) <= 1e-9 * max(abs(own), 1.0):
+            if abs(own - rate) <= 1e-9 * max(self.rates):
                 return ModeShapes(self.directory / f"rate_{number}")
         listed = ", ".join(f"{own:g}" for own in self.rates)
         raise SceneError(f"rate is {rate:g}; it must be one of {listed}")

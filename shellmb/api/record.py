@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from shellmb.errors import SceneError
 from shellmb.files.reading import first_error, read_json
 from shellmb.observers.files.described import Described, read_described
+from shellmb.options.described import takes
 from shellmb.options.run import ACCURACY
 from shellmb.running.results import plain_results
 from shellmb.scene import Scene
@@ -235,6 +236,7 @@ class Run(StoredResult):
 
         return plies(self.scene, self.fields, body, at, t, axes)
 
+    @takes()
     def plot(self, columns: str | Sequence[str] | None = None) -> matplotlib.figure.Figure:
         """Histories over time.
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from shellmb.api.runs import as_text, path_of
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of, takes
+from shellmb.options.described import checks, options_of, takes
 from shellmb.options.run import Options, StudyOptions
 from shellmb.scene import Scene
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from shellmb.accuracy.studies.report import Finding
 
 
+@checks
 @dataclass(frozen=True)
 class Study:
     """Results of a study.

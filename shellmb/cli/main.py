@@ -207,9 +207,7 @@ def modes(
     chosen, module = replace(chosen, state=state), wanted.module
     chosen.check(accuracy is not None or bool(elements["errors"]))
     if check and (chosen.moving or chosen.buckling):
-        raise SceneError(
-            "modes: --check is given with a state of a run or --buckling; leave it out"
-        )
+        raise SceneError("modes: --check is given with a state or --buckling; leave it out")
     if check:
         module.require_check(module.mode_results, "mode_results(modes)")
 
@@ -411,7 +409,5 @@ def _run(directory: Path, command: str):  # type: ignore[no-untyped-def]
 
     found = load(directory)
     if not isinstance(found, Run):
-        raise SceneError(
-            f"{command}: {directory} holds modes; `shellmb plot {directory}` draws them"
-        )
+        raise SceneError(f"{command}: {directory} has modes; `shellmb plot {directory}` draws them")
     return found

@@ -191,7 +191,7 @@ class SceneMotion:
         Raises:
             SceneError: If there is none.
         """
-        known = nodal_bodies(self.simulation.model)
+        known = list(nodal_bodies(self.simulation.model))
         if body not in known:
             raise SceneError(
                 f"nodes: there is no body '{body}' with nodes; there are {listed(known)}"
@@ -208,7 +208,7 @@ class SceneMotion:
             ConvergenceError: If it has no solution; the motion is where it was before.
             SceneError: If the length is impossible.
         """
-        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < math.inf:
+        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < 1e300:
             raise SceneError(f"trial: dt is {show(dt)}; it must be finite and greater than 0")
         if self._saved is None:
             self._saved = self.state()
@@ -302,7 +302,7 @@ class SceneMotion:
         if end > self.t_end + near(self.t_end, simulation.scene.dt):
             raise SceneError(
                 f"trial: a step of {dt:g} s from t = {t:g} ends after t_end of the scene, which is "
-                f"{self.t_end:g}; it must be at most {self.t_end - t:g}, or t_end be later"
+                f"{self.t_end:g}; it must be at most {max(self.t_end - t, 0):g}, or t_end be later"
             )
         if any(not one.linear and one.line[3] != self.inputs[one.name] for one in self._places):
             # forces jump: errors of steps are not to be foreseen from those before

@@ -296,14 +296,18 @@ class Model:
 
     def _force(self) -> float:
         """Size of forces between bodies: what moves the scene's mass by its length in a step."""
-        scene = self.scene
-        if scene.static:
+        if self.scene.static:
             return max((body.force_size for body in self.meshed.values()), default=1.0)
-        mass = sum(body.mass for body in scene.rigid_bodies)
+        return self.mass * self.length / self.scene.dt**2
+
+    @property
+    def mass(self) -> float:
+        """Mass of all bodies, kg; one where nothing has any."""
+        mass = sum(body.mass for body in self.scene.rigid_bodies)
         mass += sum(s.section.sizes.mass * s.domain.length**2 for s in self.shells.values())
         mass += sum(body.total_mass for body in self.own.values())
         mass += sum(b.beam.section.mass[0] * b.domain.length for b in self.beams.values())
-        return (mass or 1.0) * self.length / scene.dt**2
+        return mass or 1.0
 
     def _check_turnable(self) -> None:
         """Check that directors with joints on them have inertia in motion, or velocities are open.

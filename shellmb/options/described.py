@@ -248,6 +248,14 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
     return decorate
 
 
+def checks[T: type](kind: T) -> T:
+    """Let the methods of a class look at what they are given, as `takes` does."""
+    for name, method in list(vars(kind).items()):
+        if inspect.isfunction(method) and not name.startswith("_"):
+            setattr(kind, name, takes()(method))
+    return kind
+
+
 def _wrong(kind: Option | str | None, value: Any) -> str | None:
     """Words for what a value should be, if it is of another kind; choices are checked elsewhere.
 
@@ -322,6 +330,14 @@ def _are_names(value: Any) -> bool:
     return isinstance(value, list | tuple) and all(isinstance(name, str) for name in value)
 
 
+def _is_axis(value: Any) -> bool:
+    return _is_whole(value) and value in (0, 1, 2)
+
+
+def _is_vector(value: Any) -> bool:
+    return _is_several(value) and len(value := list(value)) == 3 and all(map(_is_number, value))
+
+
 def _has(*names: str) -> Callable[[Any], bool]:
     """Tell things by their methods, without the libraries that they are of."""
     return lambda value: all(callable(getattr(type(value), name, None)) for name in names)
@@ -332,12 +348,12 @@ def _has(*names: str) -> Callable[[Any], bool]:
 KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "bool": (lambda value: type(value).__name__ == "bool", "True or False"),
     "int": (_is_whole, "a whole number"),
-    "float | Mapping": (
-        lambda value: _is_number(value) or _is_mapping(value),
-        "a number, or numbers by names",
-    ),
+    "float | Mapping": (lambda v: _is_number(v) or _is_mapping(v), "a number, or numbers by names"),
     "float": (_is_number, "a number"),
     "counts": (_are_counts, "two counts as in (8, 4) or '8x4'"),
+    "Vec3 | int": (lambda v: _is_vector(v) or _is_axis(v), "0, 1, 2 or a vector"),
+    "Vec3": (_is_vector, "three numbers"),
+    "str | int": (lambda value: isinstance(value, str) or _is_whole(value), "a text or a number"),
     "str | Sequence": (lambda v: isinstance(v, str) or _are_names(v), "one name or several"),
     "scheme": (lambda value: isinstance(value, Hashable) or _is_scheme(value), "a text"),
     "str": (lambda value: isinstance(value, str), "a text"),

@@ -232,9 +232,7 @@ class ResponseOptions:
         metavar="NAMES",
         parse=names,
     )
-    modes: int | None = option(
-        "Number of undamped modes to reduce to; default: none, all unknowns."
-    )
+    modes: int | None = option("Number of undamped modes to reduce to; none: all unknowns.")
     damping: Sequence[float] | float | None = option(
         "Damping ratio of each mode in place of the scene's damping: one for all, or one each.",
         metavar="RATIOS",

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from dolfinx import fem
-from ufl.core.expr import Expr
 
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.base import END, Levels, Named, Rotations, Scheme, Stage, Tangent, Values
@@ -114,10 +113,6 @@ class GeneralizedAlpha(Scheme):
         return dict(zip(self.rates, self.weights.end(q, rates, unknown[END], dt), strict=True))
 
 
-def _as_it_is(b: Expr, mid: Expr) -> Expr:
-    return b
-
-
 @dataclass(frozen=True)
 class EnergyDecayingAsPrinted(EnergyDecaying):
     """ED with eq. (31) for all velocities, also along directors and constraints.
@@ -138,7 +133,7 @@ class EnergyDecayingAsPrinted(EnergyDecaying):
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """The rows of ED, with the jump of eq. (31) as it is."""
-        return super().expand(replace(levels, tangent=_as_it_is), dt)
+        return super().expand(replace(levels, tangent=lambda b, mid: b), dt)
 
     def advance(
         self, q: Values, rates: Named, unknown: Named, dt: float, tangent: Tangent

@@ -9,6 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Complex, Floats
 from shellmb.errors import ConvergenceError
+from shellmb.model.elements import coordinate_of
 from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import NONE
 from shellmb.preprocessing.modal.tangent import Blocks, bending_scales
@@ -236,7 +237,12 @@ def shift_below(model: Model, loaded: bool) -> float:
     found = bending_scales(model)
     found += [float(np.min(data.omega2)) / SHIFT for data in model.modal]
     if not found:
-        # rigid bodies swing by their weight, or by springs of whatever stiffness
-        weights = model.scene.weights if loaded else ()
-        found = [float(np.linalg.norm(w.acceleration)) / model.length for w in weights] or [1.0]
+        # rigid bodies swing by their weight, by springs, or as the scene's time says
+        scene, size = model.scene, model.length
+        weights = scene.weights if loaded else ()
+        found = [float(np.linalg.norm(w.acceleration)) / size for w in weights]
+        for e in scene.force_elements:
+            arm = size if coordinate_of(scene, e)[1] == "rotation" else 1.0
+            found += [e.stiffness / arm**2 / model.mass] if e.stiffness else []
+        found = found or [scene.t_end**-2]
     return -SHIFT * min(found)

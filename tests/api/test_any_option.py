@@ -1,6 +1,10 @@
 """Any value for any option of the Python interface: taken, or refused by name before it runs."""
 
 import inspect
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,6 +12,7 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
+from shellmb.errors import ShellmbError
 
 STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0)
 
@@ -138,3 +143,48 @@ def test_a_former_name_is_refused_with_the_new_one(former: str, today: str) -> N
     for function in (sm.run, sm.study, sm.fit, sm.sensitivities):
         with pytest.raises(sm.SceneError, match=f"{former} is now called {today}; write {today}="):
             function(**CALLS[function], **{former: 1e-3})
+
+
+def test_methods_of_what_calls_return_take_no_values_of_any_kind_either(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kind: any argument of any method that the reference lists; each ended in a bare error.
+
+    `LinearSystem.poles(-1)` gave all but one of the poles, and `Sensitivities.reserves` of a scene
+    without any had none. A method is called with the values of `meant` but for one.
+    """
+    monkeypatch.chdir(tmp_path)
+    forced = replace(scene(), loads=sm.PointForce("right-top", (0, 0, 1.0)))
+    run = sm.run(forced, pictures=False)
+    found: list[Any] = [
+        run,
+        sm.modes(forced, rates=[0.0, 5.0], axis=(0, 0, 1), count=1),
+        sm.modes(run, count=1),
+        sm.matrices(forced),
+        sm.linearise(forced),
+        sm.response(forced, frequencies=[1.0]),
+        sm.SceneMotion(forced),
+    ]
+    meant = {"point": (0.0, 0.0, 0.0), "count": 1, "mode": 1, "dt": "x", "body": "plate"}
+    meant |= {"rate": 5.0, "path": "x.y", "directory": "a\0b", "at": (9.0, 0, 0), "state": None}
+    methods = "frame plies plot at modes row state_space select modal poles"
+    methods += " to_scipy save load trial nodes take_up"
+    values = (None, "x", -1, float("nan"), 10**400, object(), [object()], [1], {1: 2}, 1j)
+    bad, tried = {}, 0
+    for of in found:
+        for method in filter(partial(hasattr, of), methods.split()):
+            call = getattr(of, method)
+            known = inspect.signature(call).parameters
+            given = {name: meant[name] for name, p in known.items() if p.default is p.empty}
+            for name, value in product(known, values):
+                tried += 1
+                try:
+                    call(**given | {name: value})
+                except ShellmbError:
+                    pass
+                except Exception as error:
+                    bad[type(of).__name__, method, name, repr(value)[:9]] = repr(error)
+    assert not bad and tried > 250
+    with pytest.raises(sm.SceneError, match="count is -1; it must be at least 1"):
+        found[4].poles(-1)
+    assert sm.sensitivities(scene, ["E"], fields=False).reserves.empty

@@ -97,3 +97,36 @@ def test_mounts_of_what_relaxes_are_told_from_its_rigid_motions() -> None:
     values = values_of(sm.modes(scene, rates=[0.0], count=6, pictures=False))
     values = values[np.abs(values) > STILL][:5]
     np.testing.assert_allclose(values, exact(100.0, 3.0), rtol=CLOSE)
+
+
+@pytest.mark.parametrize("t_end", [1.0, None])
+@pytest.mark.parametrize("w", [1e-7, 1.0, 1e9])
+def test_rigid_bodies_swing_at_any_rate(w: float, t_end: float | None) -> None:
+    """As the earth goes around the sun, or in gigahertz, also where the scene's time says nothing.
+
+    Rates of less than 3e-5 rad/s were zero and above 3e8 there were no modes, as these were looked
+    for near one. Closed forms are met to round-off (1e-15 seen).
+    """
+    end = t_end or 1 / w
+    names = ("slow", "fast")
+    scene = sm.Scene(
+        "oscillators",
+        rigid_bodies=[sm.RigidBody(name, 2.0, (1.0,) * 3) for name in names],
+        joints=[
+            sm.Prismatic(f"{name} rail", sm.GROUND, name, at=(0, 0, 0), axis=(1, 0, 0))
+            for name in names
+        ],
+        force_elements=[
+            sm.JointSpring("s", "slow rail", stiffness=2 * w**2),
+            sm.JointSpring("f", "fast rail", stiffness=8 * w**2),
+            sm.JointDamper("d", "slow rail", damping=0.04 * w),
+        ],
+        scheme="ep4",
+        dt=0.01 * end,
+        t_end=end,
+    )
+    exact = np.array([-0.01 + 1j * np.sqrt(1 - 1e-4), 2j])
+    np.testing.assert_allclose(values_of(sm.modes(scene, rates=[0.0], count=2)) / w, exact)
+    np.testing.assert_allclose(sm.linearise(scene).poles(2) / w, exact)
+    still = np.array(sm.modes(scene, count=2).frequencies)
+    np.testing.assert_allclose(2 * np.pi * still / w, [1, 2])

@@ -108,7 +108,7 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
     try:
         table = given.set_index("t") if "t" in given.columns else given
         # neighbours in time are neighbours in the table
-        times = np.asarray(table.index, dtype=float)
+        times = table.index.to_numpy().astype(float, casting="same_kind")
         order = np.argsort(times, kind="stable")
         times, table = times[order], table.iloc[order]
         values = {str(name): np.asarray(table[name], dtype=float) for name in table.columns}

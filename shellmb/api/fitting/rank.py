@@ -68,9 +68,7 @@ def rank(found: Sensitivities, of: str | Sequence[str] | None = None) -> Ranking
         probes = [p.name for p in found.run.described.probes]
         wanted = [name for name in found.results.index if found.run.results[name]] or probes
     if not wanted:
-        raise SceneError(
-            "rank: the run has neither results nor probes; name columns of its history"
-        )
+        raise SceneError("rank: it has neither results nor probes; name columns of its history")
     rows = {}
     for name in wanted:
         known = name in found.results.index

@@ -123,7 +123,7 @@ def without_commands(scene: Scene, control: Mapping[str, Any] | None = None) -> 
         for output, value in sampler["outputs"].items():
             signals.command(0.0, (controller.name, output), value)
 
-    def commanded(motor: Any) -> Any:
+    def told(motor: Any) -> Any:
         return replace(motor, command=Input(motor.name, signals.held(motor.command)))
 
     def timed(load: Any) -> Any:
@@ -139,9 +139,7 @@ def without_commands(scene: Scene, control: Mapping[str, Any] | None = None) -> 
                 )
     return replace(
         scene,
-        force_elements=tuple(
-            e if e.command is None else commanded(e) for e in scene.force_elements
-        ),
+        force_elements=tuple(e if e.command is None else told(e) for e in scene.force_elements),
         loads=tuple(timed(e) if isinstance(e.time, Commanded) else e for e in scene.loads),
         controllers=(),
     )

@@ -75,9 +75,7 @@ def curve_of(curve: Any, said: str) -> tuple[Floats, Floats]:
     """
     pair: Any = curve if np.iterable(curve) else ([0.0], [curve])
     if len(pair) != 2:
-        raise SceneError(
-            f"response: {said} has {len(pair)} parts; it must be frequencies and values"
-        )
+        raise SceneError(f"response: {said} has {len(pair)} parts; give frequencies and values")
     f, values = (np.atleast_1d(_floats(said, part)) for part in pair)
     if len(f) != len(values) or not len(f):
         raise SceneError(
@@ -86,9 +84,7 @@ def curve_of(curve: Any, said: str) -> tuple[Floats, Floats]:
     if np.any(values < 0):
         raise SceneError(f"response: {said} is {values.min():g} somewhere; it must not be negative")
     if f[0] < 0 or np.any(np.diff(f) <= 0):
-        raise SceneError(
-            f"response: frequencies of {said} are {_some(f)}; they must increase from 0"
-        )
+        raise SceneError(f"response: frequencies of {said} are {_some(f)}; they must rise from 0")
     return f, values
 
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 DEPENDENT = 1e-9
 # parts of states that are forces of constraints, and those that are resultants
 MULTIPLIERS, RESULTANTS = ("lam", "mu", "hold"), ("N", "S")
-# of the least squares that forces of constraints follow by, where some are redundant
-SMALL = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +88,10 @@ class Unknowns:
         self.rows = (nothing.T,) * len(matrices) if rows is None else rows
         self.fixed = np.asarray(state.system.fixed, dtype=np.int64)
         self.resultants, self.multipliers = those(RESULTANTS), those(MULTIPLIERS)
+        self.sizes = np.ones(state.system.size)
+        for body, own in zip(state.model.bodies, state.system.numbering.by_field, strict=True):
+            for part in body.parts:
+                self.sizes[own[dofs_of(body, [part.name])]] = part.scale
 
     def kept(self) -> Coordinates:
         """All unknowns without given values, with their constraints."""
@@ -103,8 +105,14 @@ class Unknowns:
         return Coordinates(tuple(sp.csr_array(a[:, free]) for a in rows), tuple(F), Y, D, basis)
 
     def free(self) -> Coordinates:
-        """Coordinates that no constraint ties: resultants and multipliers follow from them."""
-        (K, C, M, *branches), seen = self.A, self.rows
+        """Coordinates that no constraint ties: resultants and multipliers follow from them.
+
+        Unknowns are counted in their sizes, so that what ties them is no question of units.
+        """
+        S = sp.diags_array(self.sizes)
+        K, C, M, *branches = (sp.csr_array(S @ A @ S) for A in self.A)
+        forces, motions = S @ self.forces, self.motions / self.sizes[:, None]
+        seen = tuple(row @ S for row in self.rows)
         every = np.arange(K.shape[0])
         rest = np.setdiff1d(every, self.fixed)
         N, tied = (np.intersect1d(some, rest) for some in (self.resultants, self.multipliers))
@@ -120,18 +128,18 @@ class Unknowns:
             branches = [sp.csr_array(P.T @ A @ P) for A in branches]
         value, rows, acting = seen[0], K[tied], [A[q] for A in (K, C, M, *branches)]
         G = sp.csr_array(rows[:, q])
-        T = null_space(G)
+        T, least = split(G)
         # unknowns by given values: those of constraints, and what closes the latter
-        lift = self.motions.copy()
-        lift[q] -= _least(G, rows @ self.motions)
+        lift = motions.copy()
+        lift[q] -= least @ (rows @ motions)
         # forces of constraints by `forces - M a - C v - K x`
-        held = _least(G, value[:, tied].T).T
+        held = value[:, tied] @ least.T
         F = [-(A @ lift) for A in acting]
-        F[0] = F[0] + self.forces[q]
+        F[0] = F[0] + forces[q]
         D = [row @ lift + held @ f for row, f in zip(seen, F, strict=True)]
         Y = [row[:, q] - held @ A[:, q] for row, A in zip(seen, acting, strict=True)]
         own = tuple(A[:, q] for A in acting)
-        found = Coordinates(own, tuple(F), tuple(Y), tuple(D), _places(q, len(every)))
+        found = Coordinates(own, tuple(F), tuple(Y), tuple(D), S @ _places(q, len(every)))
         return _with_mass(found.projected(T))
 
 
@@ -139,15 +147,6 @@ def _places(numbers: Ints, size: int) -> sp.csr_array:
     """Matrix that puts entries at some places of a vector, shape (size, numbers)."""
     ones = np.ones(len(numbers))
     return sp.csr_array((ones, (numbers, np.arange(len(numbers)))), (size, len(numbers)))
-
-
-def _least(A: sp.csr_array, b: Floats) -> Floats:
-    """Least vectors `x` that satisfy `A x = b`, in columns; rows of `A` may be redundant."""
-    if not b.any() or 0 in A.shape:
-        return np.zeros((A.shape[1], b.shape[1]))
-    size = float(abs(A).max()) ** 2
-    inner = sp.csc_array(A @ A.T + SMALL * size * sp.eye_array(A.shape[0]))
-    return np.asarray(A.T @ spla.splu(inner).solve(np.ascontiguousarray(b)))
 
 
 def _solved(inner: Any, column: sp.csr_array) -> sp.csc_array:
@@ -183,11 +182,15 @@ def _with_mass(found: Coordinates) -> Coordinates:
     return replace(found.projected(sp.csr_array(T)), D=tuple(direct))
 
 
-def null_space(rows: sp.csr_array) -> sp.csr_array:
-    """An orthonormal basis of what violates no constraint, as columns.
+def split(rows: sp.csr_array) -> tuple[sp.csr_array, sp.csr_array]:
+    """An orthonormal basis of what violates no constraint, and least vectors that violate each.
 
     Args:
-        rows: The constraints, shape (m, n). Those that share no unknown are looked at apart.
+        rows: The constraints, shape (m, n), which may be redundant. Those that share no unknown
+            are looked at apart.
+
+    Returns:
+        The basis as columns, and the pseudo-inverse, shape (n, m).
     """
     from scipy.sparse.csgraph import connected_components
 
@@ -195,21 +198,26 @@ def null_space(rows: sp.csr_array) -> sp.csr_array:
     # entries that are zero tie nothing
     rows = rows.copy()
     rows.eliminate_zeros()
-    tied = np.isin(np.arange(n), rows.indices)
-    free = np.flatnonzero(~tied)
-    parts: list[tuple[Ints, Any]] = [(free, sp.eye_array(len(free)))]
-    if tied.any():
-        graph = sp.block_array([[None, rows], [rows.T, None]], format="csr")
-        _, labels = connected_components(graph, directed=False)
-        unknowns = _by_label(labels[m:])
-        for label, group in _by_label(labels[:m]).items():
-            columns = unknowns.get(label, free[:0])
-            if tied[columns].any():
-                _, sizes, V = np.linalg.svd(rows[group][:, columns].toarray())
-                rank = int(np.sum(sizes > DEPENDENT * sizes[0]))
-                parts.append((columns, V[rank:].T))
-    order, blocks = zip(*parts, strict=True)
-    return sp.csr_array(_places(np.concatenate(order), n) @ sp.block_diag(blocks, format="csr"))
+    free = np.setdiff1d(np.arange(n), rows.indices)
+    if not rows.nnz:
+        return sp.csr_array(sp.eye_array(n)), sp.csr_array((n, m))
+    graph = sp.block_array([[None, rows], [rows.T, None]], format="csr")
+    _, labels = connected_components(graph, directed=False)
+    unknowns, groups = _by_label(labels[m:]), _by_label(labels[:m])
+    parts: list[tuple[Ints, Ints, Any, Any]] = []
+    for label in unknowns.keys() & groups.keys():
+        group, columns = groups[label], unknowns[label]
+        own = rows[group][:, columns].toarray()
+        lengths = np.linalg.norm(own, axis=1)
+        U, sizes, V = np.linalg.svd(own / lengths[:, None])
+        rank = int(np.sum(sizes > DEPENDENT * sizes[0]))
+        least = V[:rank].T / sizes[:rank] @ U[:, :rank].T / lengths
+        parts.append((group, columns, *map(sp.csr_array, (V[rank:].T, least))))
+    group, columns = (np.concatenate(of) for of in list(zip(*parts, strict=True))[:2])
+    tied, least = (sp.block_diag([part[k] for part in parts], format="csr") for k in (2, 3))
+    to = _places(columns, n)
+    basis = sp.hstack([_places(free, n), to @ tied], format="csr")
+    return sp.csr_array(basis), sp.csr_array(to @ least @ _places(group, m).T)
 
 
 def _by_label(labels: Ints) -> dict[int, Ints]:

@@ -17,6 +17,7 @@ from shellmb.api.responding.curves import at_frequencies, curve_of
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError, warn
+from shellmb.options.described import checks
 from shellmb.options.linear import ResponseOptions
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ CHANGE, SHARE, FEW, MOST = 0.08, 1e-6, 150, 20000
 STILL = 1e-6
 
 
+@checks
 @dataclass(frozen=True)
 class Response:
     """Response of a linear system at frequencies.
@@ -65,11 +67,9 @@ class Response:
     def numbers(self) -> dict[str, float]:
         """Peaks of frequency responses, root mean squares and largest outputs by name."""
         found = {f"peak {k}": float(np.nanmax(np.abs(v))) for k, v in self._pairs.items()}
-        for what, values in (("rms", self.rms), ("largest", self.largest)):
-            if values is not None:
-                found |= {
-                    f"{what} {o}": float(v) for o, v in zip(self.outputs, values, strict=True)
-                }
+        for what, own in (("rms", self.rms), ("largest", self.largest)):
+            if own is not None:
+                found |= {f"{what} {o}": float(v) for o, v in zip(self.outputs, own, strict=True)}
         return found
 
     @property
@@ -238,9 +238,7 @@ def damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> Line
     if ratios is None:
         return system
     if system.times:
-        raise SceneError(
-            "response: damping is given, and what relaxes has its own; leave damping out"
-        )
+        raise SceneError("response: damping is given, and what relaxes has its own; leave it out")
     omega = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
     return replace(system, C=sp.csr_array(np.diag(2 * omega * np.asarray(ratios, dtype=float))))
 

@@ -22,6 +22,7 @@ from shellmb.api.responding.poles import lowest_modes, poles
 from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError
 from shellmb.files.writing import drafted
+from shellmb.options.described import checks, takes
 from shellmb.scene.lookup import listed
 
 # of a quantity, of its first and of its second derivative, and of what each branch sees of it
@@ -72,6 +73,7 @@ class Descriptor(NamedTuple):
     D: Floats
 
 
+@checks
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
     """Small motions about a state, ``M x'' + C x' + K x = F u``, with named inputs and outputs.
@@ -319,7 +321,12 @@ class LinearSystem:
 
         Args:
             count: How many.
+
+        Raises:
+            SceneError: If it is none.
         """
+        if count < 1:
+            raise SceneError(f"linearise: count is {count}; it must be at least 1")
         if self.size == 0:
             # everything is driven
             return np.zeros(0, dtype=np.complex128)
@@ -389,6 +396,7 @@ class LinearSystem:
         return where
 
     @classmethod
+    @takes()
     def load(cls, path: Path | str) -> LinearSystem:
         """Read a system that `save` wrote.
 

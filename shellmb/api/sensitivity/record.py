@@ -147,7 +147,7 @@ class Sensitivities:
         Columns are the factor, and its derivative by each parameter at the critical step. At places
         or plies that are equally critical, it is the mean of the derivatives to both sides.
         """
-        found = self.run.reserves[["factor"]].copy()
+        found = self.run.reserves.reindex(columns=["factor"])
         critical = self.run.summary.get("reserves", {})
         for p in self.parameters:
             table = self.history[p.name]

@@ -100,9 +100,7 @@ def sensitivities(
     unmoved = [p for p, both in scenes.items() if independent(*both)]
     said = [p.without_effect(base, scenes[p][0]) for p in unmoved]
     if base.errors:
-        said.append(
-            "errors=True has no effect beside derivatives; run the scene by itself for errors"
-        )
+        said.append("errors=True has no effect beside derivatives; run the scene alone for errors")
     place = placed(out, comm)
     directory, world = place.directory, place.comm
     begun = world.bcast((directory / RUN).is_dir())
@@ -289,9 +287,7 @@ def frequency_sensitivities(
             warn(said)
     if near[:known].any():
         said = ", ".join(str(k + 1) for k in np.flatnonzero(near[:known]))
-        warn(
-            f"frequencies {said} nearly coincide with others: they have no derivatives of their own"
-        )
+        warn(f"frequencies {said} nearly coincide with others: they have no own derivatives")
     return table
 
 

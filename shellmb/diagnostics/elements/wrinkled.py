@@ -73,7 +73,8 @@ class Wrinkled(Watch):
         self._sections, self.idle = found, not found
         # linear schemes give another sentence
         self._of = {
-            name: _Sums(model.shells[name], section, _energies)
+            # the strain energy that is kept of compression, and all of it
+            name: _Sums(model.shells[name], section, lambda e, k, of: [compressive(e, k), of])
             for name, section in ({} if simulation.scheme.linear else found).items()
         }
 
@@ -126,11 +127,6 @@ def wrinkled_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -
                 f"compression={section.compression:g} and by bending alone, and so are their modes"
             )
     return found
-
-
-def _energies(e: Expr, given: dict[str, Expr], stored: Expr) -> list[Expr]:
-    """The strain energy that is kept of compression, and all of it."""
-    return [compressive(e, given), stored]
 
 
 def _areas(e: Expr, given: dict[str, Expr], stored: Expr) -> list[Expr]:

@@ -300,9 +300,7 @@ def bind_section(
     else:
         membrane, shear = like.sizes.stiffness, float(like.force.value)
     N0, force = _constant(domain, membrane), _constant(domain, shear)
-    sizes = Sizes(
-        fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
-    )
+    sizes = Sizes(fields.mean(lambda a: a.thickness), membrane, fields.mean(lambda a: a.mass[0]))
     D, G = fields.of(lambda at: at.D), fields.of(lambda at: at.G)
     B = fields.of(lambda at: at.B) if couples(shell, section) else None
     if not has_own_strains(shell, domain):

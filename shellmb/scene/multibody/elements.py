@@ -110,6 +110,7 @@ class Element:
 
     Attributes:
         name: Its name in the results.
+        stiffness: Stiffness [N/m or N m/rad], if it has one.
         relaxation: Prony series of its stiffness; None: it does not relax.
         laws: Two parameters of which one is given, its law; none: it has one anyway.
         command: What commands it; None: nothing does.
@@ -118,6 +119,7 @@ class Element:
     name: str
     label: ClassVar[str]
     laws: ClassVar[tuple[str, ...]] = ()
+    stiffness: float | None = None
     relaxation: Prony | None = None
     command: Any = None
 
