@@ -18,7 +18,7 @@ from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.start.relaxation import Relaxation
+from shellmb.simulate.start.consistent import Relaxation
 
 
 @dataclass(frozen=True)
