@@ -119,10 +119,10 @@ def test_memory():
 def test_observers_are_those_of_a_run(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(Simulation, "run", lambda self, observers: seen.extend(observers))
-    from shellmb.cli.main import _observers
+    from shellmb.cli.main import _reports
 
     scene, _ = Request("sudden_load").build()
-    execute(scene, tmp_path / "run", _observers(quiet=False), pictures=False)
+    execute(scene, tmp_path / "run", _reports("", False, False)["observers"], pictures=False)
     of_bench = observers_of_run(tmp_path).values()
     assert {type(o) for o in seen} == {type(o) for o in of_bench}
     assert len(seen) == len(of_bench)

@@ -159,8 +159,8 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
     if scene.path is None and not simulation.scheme.linear and any(bent):
         # what stretches as it bends carries loads otherwise than small ones, by layers around
         # points that hold it: all loads act at once, those of a motion as they are at its end
-        whole = scene.with_options(scheme="static", dt=scene.t_end)
-        if found := _beside(simulation, lambda: whole, False):
+        whole = partial(scene.with_options, scheme="static", dt=scene.t_end)
+        if found := _beside(simulation, whole, False):
             return found
     if scene.static:
         found = _beside(simulation, lambda: scene.with_options(**still), False)

@@ -279,7 +279,8 @@ def heeded() -> Iterator[None]:
 @pytest.mark.usefixtures("heeded")
 @pytest.mark.parametrize(("number", "code"), ENDING)
 def test_a_signal_ends_a_run_behind_its_step(number, code, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr("shellmb.cli.main._observers", lambda quiet: [Signal(number)])
+    how = {"observers": [Signal(number)]}
+    monkeypatch.setattr("shellmb.cli.main._reports", lambda scene, quiet, levels: how)
     out = tmp_path / "run"
     found, said = shellmb("run", SCENE, "--out", out, "--quiet", "--no-pictures")
     assert found == code
