@@ -14,7 +14,7 @@ from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.colours import MARKS, PLAIN, Colouring, colouring, values
 from shellmb.show.space.display import canvas, has_display
-from shellmb.show.space.shapes import Shape, Slab, State, read_state, shape_of
+from shellmb.show.space.shapes import Pieces, Shape, Slab, State, read_state, shape_of
 from shellmb.show.space.views import THEMES, Appearance, View, axes, enlargement, look, view_of
 
 if TYPE_CHECKING:
@@ -236,11 +236,7 @@ class Stage:
                 surface = pv.PolyData.from_regular_faces(X, fine.faces.astype(int))
                 self._add(name, fine.at, surface, None, **style)
                 continue
-            # the border of the reference, thin and grey
-            border = fine.border if len(fine.faces) else fine.lines
-            if len(border) and name != JOINTS:
-                mesh = pv.PolyData(X, lines=_lines(border))
-                plotter.add_mesh(mesh, color=REFERENCE_LINE, line_width=1.2 * scale)
+            self._reference(pv, name, X, fine)
             if len(fine.faces):
                 slab = Slab(fine, max(shape.thickness / 2, SHEET * what.view.size))
                 sides = slab.place(shape.reference)
@@ -300,6 +296,13 @@ class Stage:
             style |= {"scalars": "shown", "show_scalar_bar": False}
             self._coloured = self._plotter.add_mesh(part.drawn, **style).mapper
         self._parts.append(part)
+
+    def _reference(self, pv: Any, name: str, X: Floats, fine: Pieces) -> None:
+        """The border of the reference, thin and grey."""
+        lines = fine.border if len(fine.faces) else fine.lines
+        if len(lines) and name != JOINTS:
+            mesh = pv.PolyData(X, lines=_lines(lines))
+            self._plotter.add_mesh(mesh, color=REFERENCE_LINE, line_width=1.2 * self._scale)
 
     def set(self, states: dict[str, State]) -> None:
         """Move everything to a state.
