@@ -29,6 +29,7 @@ from shellmb.observers.history import (
 )
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
+from shellmb.simulate.control.control import measuring
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.stopping import STOPPING
 
@@ -105,8 +106,7 @@ class StandardObservers:
             self.named = {name: self.named[name] for name in BARE}
         self.named |= {f"observer {k}": o for k, o in enumerate(others)}
         path = None if directory is None else directory / HISTORY
-        history = History([*self.named.values()], path)
-        self.named["history"] = history
+        history = self.named["history"] = History(measuring(self.named.values()), path)
         self.sources = Sources(energy, momentum, constraints, history, rotations, reserves)
         # behind the observers that they ask
         self.watches = [kind(self.sources) for kind in WATCHES] if watched else []

@@ -90,6 +90,28 @@ def run(out, *, asked=None, observers=(), **keywords):
     return execute(scene, out, observers, **keywords)
 
 
+class Plain:
+    """An observer that derives from nothing and measures nothing."""
+
+    def start(self, simulation):
+        self.steps = 0
+
+    def accepted(self, simulation):
+        self.steps += 1
+
+    def nothing(self, *_):
+        return {}
+
+    solved = switched = finish = state = restore = nothing
+
+
+def test_observers_may_derive_from_nothing_and_measure_nothing(tmp_path):
+    """Kind: what is accepted as an observer runs, also beside one that measures."""
+    plain = Plain()
+    result = run(tmp_path / "run", observers=[plain, Height()])
+    assert plain.steps == len(result.history) - 1 == result.history["twice"].iloc[-1] / 2
+
+
 def test_directory_is_complete(tmp_path):
     out = tmp_path / "run"
     result = run(out, pictures=True, observers=[Height()])

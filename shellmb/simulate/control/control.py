@@ -24,6 +24,11 @@ from shellmb.simulate.stepsize import LEAST
 type Running = Any
 
 
+def measuring(observers: Iterable[Any]) -> list[Any]:
+    """Observers that may have columns: those that derive from nothing may leave `measure` out."""
+    return [observer for observer in observers if hasattr(observer, "measure")]
+
+
 class Readings:
     """Reads columns of the run's observers.
 
@@ -47,7 +52,7 @@ class Readings:
         for sensor in sensors:
             if sensor.name in self._rates:
                 continue
-            owner = next((o for o in observers if sensor.column in o.measure()), None)
+            owner = next((o for o in measuring(observers) if sensor.column in o.measure()), None)
             if owner is None:
                 raise SceneError(
                     f"sensor '{sensor.column}': no observer of this run measures it; the run must "
