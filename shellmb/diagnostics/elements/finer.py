@@ -21,10 +21,11 @@ from shellmb.diagnostics.elements.locking import Mesh
 from shellmb.errors import ShellmbError, unsaid
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.locations.nodes import local_point
+from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.preprocessing.modal.tangent import bending_scales
-from shellmb.scene import Scene
+from shellmb.scene import Scene, Shell
 from shellmb.scene.loads.loads import PointForce, SurfaceForce
 from shellmb.scene.loads.supports import at_rest
 from shellmb.schemes.linearised import strain_energy
@@ -115,14 +116,14 @@ def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str
     """
     if any(shell.surface.of_file for shell in scene.shells):
         return None
-    found = []
+
+    def wider(shell: Shell, times: int) -> Shell:
+        a, b = shell.mesh
+        return replace(shell, mesh=(max(a // times, 1), max(b // times, 1)))
+
     with _quietly():
-        for times in (2, 4):
-            given = [s.mesh for s in scene.shells]
-            fewer = [(max(a // times, 1), max(b // times, 1)) for a, b in given]
-            shells = [replace(s, mesh=n) for s, n in zip(scene.shells, fewer, strict=True)]
-            found.append(solve(replace(scene, shells=shells)))
-        return found, "elements two and four times as wide"
+        scenes = (replace(scene, shells=[wider(s, n) for s in scene.shells]) for n in (2, 4))
+        return [solve(each) for each in scenes], "elements two and four times as wide"
     return None
 
 
@@ -183,10 +184,10 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
         )
     }
     doubted |= set() if scene.static else flat
-    shaped = _beside(simulation, shape, True) if doubted else None
-    if shaped is None:
-        return found
-    return found._replace(off=found.off | {n: e for n, e in shaped.off.items() if n in doubted})
+    if doubted and (shaped := _beside(simulation, shape, True)):
+        again = {name: off for name, off in shaped.off.items() if name in doubted}
+        return found._replace(off=found.off | again)
+    return found
 
 
 def energy_of(simulation: Simulation, name: str) -> Scalar:
@@ -206,11 +207,9 @@ def _bends(simulation: Simulation, name: str, q: Floats) -> bool:
 
 
 def _stretched(simulation: Simulation, name: str) -> bool:
-    """Decide whether points hold more along a flat shell than its rigid motions; collective."""
+    """Decide whether a flat shell that points hold or pull is held along itself; collective."""
     body = simulation.model.shells[name]
-    fixed = np.concatenate([np.zeros(0, np.int32), *(each.dofs for each in body.fixed)])
-    held = np.isin(body.mixed.dofs["u"], fixed).reshape(-1, 3)
-    owned = held[: body.mixed.subspaces["u"].dofmap.index_map.size_local]
+    owned = _held(body, body.fixed)[: body.mixed.subspaces["u"].dofmap.index_map.size_local]
     along = float(np.sum(owned @ (1 - body.node_directors()[:1, 0].T ** 2)))
     return simulation.model.comm.allreduce(along) > 3.5 and any(_points(simulation, name))
 
@@ -409,15 +408,19 @@ def _at(x: Floats, u: Floats, X: Floats, U: Floats) -> Floats:
     return np.asarray(found)
 
 
+def _held(body: ShellModel, every: Iterable[Any]) -> Any:
+    """Decide which displacements at nodes some of the supports and links hold, shape (n, 3)."""
+    given = np.concatenate([np.zeros(0, np.int32), *(each.dofs for each in every)])
+    return np.isin(body.mixed.dofs["u"], given).reshape(-1, 3)
+
+
 def _moved(simulation: Simulation, name: str, q: Floats) -> tuple[Floats, ...]:
     """Places of nodes, displacements, areas, whether they are held; the same on all ranks."""
     body = simulation.model.shells[name]
     space = body.mixed.subspaces["u"]
     u = q[body.mixed.dofs["u"]].reshape(-1, 3)
     areas = sums_at_nodes(space, Mesh(body).areas[:, None, None])
-    given = [*(each.dofs for each in body.fixed), *(link.dofs for link in body.links)]
-    fixed = np.isin(body.mixed.dofs["u"], np.concatenate([*given, np.zeros(0, np.int32)]))
-    held = fixed.reshape(-1, 3).any(axis=1, keepdims=True)
+    held = _held(body, (*body.fixed, *body.links)).any(axis=1, keepdims=True)
     every = np.concatenate([body.mixed.nodes("u"), u, areas, held], axis=1)
     owned = every[: space.dofmap.index_map.size_local]
     found = np.concatenate(simulation.model.comm.allgather(owned))
