@@ -22,8 +22,9 @@ def _petsc_options() -> list[str]:
 
 with held():
     try:
-        # it loads the MPI library that the others need
         import petsc4py
+
+        # it loads the MPI library that the others need
         from mpi4py import MPI as _MPI  # noqa: F401
 
         petsc4py.init(_petsc_options())

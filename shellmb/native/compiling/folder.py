@@ -37,7 +37,7 @@ def cache_folder() -> Path:
     if others or status.st_uid not in (os.getuid(), 0):
         raise RunError(
             f"the cache of loops, {folder}, is not used: other users can write it, and put "
-            f"programs there; remove that permission (chmod go-w), or {SAY}",
+            f"programs there; remove that permission (chmod go-w), or {SAY}"
         )
     return folder
 
@@ -57,7 +57,7 @@ def writing(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise RunError(
             f"the compiled loops cannot be written to {folder} ({error.strerror or error}); make "
-            f"room, or {SAY}",
+            f"room, or {SAY}"
         ) from error
 
 
