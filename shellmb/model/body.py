@@ -67,19 +67,26 @@ def slope_from(motion: Callable[[float], Floats], t: float, h: float) -> Floats:
 
 @dataclass(frozen=True)
 class FixedDofs:
-    """Dofs whose values are given, perhaps as functions of time.
+    """Dofs that are kept at zero, or whose values are given as functions of time.
 
     Args:
         dofs: Local dofs in the body's mixed space (owned and ghost).
-        value: Function of time giving their values, shape (n,).
-        moving: Whether the values change in time.
+        motion: Function of time giving their values, shape (n,), or one for all; None: zero.
         turn: The rotation that the values are of; None: they are of none.
     """
 
     dofs: Int32s
-    value: Callable[[float], Floats]
-    moving: bool
+    motion: Callable[[float], Floats | float] | None = None
     turn: PrescribedTurn | None = None
+
+    @property
+    def moving(self) -> bool:
+        """Decide whether the values change in time."""
+        return self.motion is not None
+
+    def value(self, t: float) -> Floats:
+        """Values at a time [s], shape (n,)."""
+        return np.full(len(self.dofs), 0.0 if self.motion is None else self.motion(t), dtype=float)
 
     def rate(self, h: float, t: float = 0.0) -> Floats:
         """Rates at a time, shape (n,).

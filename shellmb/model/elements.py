@@ -31,7 +31,6 @@ from shellmb.model.user_forms import written
 from shellmb.scene import Damper, JointDamper, JointSpring, JointStop, Motor, Scene, Spring
 from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import of_kind, said
-from shellmb.scene.multibody.elements import Element
 
 
 @dataclass(frozen=True)
@@ -41,70 +40,41 @@ class BoundElement:
     Args:
         element: Description.
         coordinate: The coordinate it acts on.
-        parameter: Stiffness or damping; 0 with a law of its own.
-        law: Potential of a spring, law of a damper or motor; None: linear.
-        rest: Change of the coordinate at which a spring's argument is zero.
-    """
-
-    element: Element
-    coordinate: Coordinate
-    parameter: float
-    law: Callable[..., Any] | None
-    rest: float = 0.0
-
-    @property
-    def key(self) -> tuple[str, object]:
-        """Key that elements with common kernels share, or the strains of one that relaxes."""
-        own = None if self.element.relaxation is None else self.element.name
-        # "spring", "damper", "motor" or "stop"
-        return self.element.label.removeprefix("joint "), self.law or own
-
-
-def _stiffness(element: Any, static: bool) -> float:
-    """Stiffness in statics, or the long-term one, beside which branches act; 0 with a law."""
-    series = element.relaxation
-    part = 1.0 if series is None else series.at_rest if static else series.long_term
-    return part * float(element.stiffness or 0.0)
-
-
-def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundElement:
-    """A scene's force element on its coordinate.
-
-    Args:
-        element: Description.
-        coordinate: The coordinate it acts on.
         static: Whether the scene has no motion in time.
     """
-    return of_kind(_BOUND, element)(element, coordinate, static)
 
+    element: Any
+    coordinate: Coordinate
+    static: bool
 
-def _bound_spring(spring: Any, coordinate: Coordinate, static: bool) -> BoundElement:
-    natural = 0.0
-    if spring.potential is None:
-        natural = coordinate.start if spring.length is None else spring.length
-    k, rest = _stiffness(spring, static), natural - coordinate.start
-    return BoundElement(spring, coordinate, k, spring.potential, rest)
+    @property
+    def law(self) -> Callable[..., Any] | None:
+        """Potential of a spring, law of a damper or motor; None: linear."""
+        return getattr(self.element, "potential", None) or getattr(self.element, "law", None)
 
+    @property
+    def parameter(self) -> float:
+        """Stiffness or damping, or what a motor begins with; 0 with a law of its own."""
+        if isinstance(self.element.command, Input):
+            return self.element.command.mean
+        # in motion the long-term stiffness, beside which branches act
+        series = self.element.relaxation
+        part = 1.0 if series is None else series.at_rest if self.static else series.long_term
+        return part * float(self.element.stiffness or getattr(self.element, "damping", None) or 0.0)
 
-def _bound_damper(damper: Any, coordinate: Coordinate, _: bool) -> BoundElement:
-    return BoundElement(damper, coordinate, damper.damping or 0.0, damper.law)
+    @property
+    def rest(self) -> float:
+        """Change of the coordinate at which a spring's argument is zero."""
+        start, natural = self.coordinate.start, getattr(self.element, "length", None)
+        if not isinstance(self.element, Spring):
+            return getattr(self.element, "rest", 0.0)
+        return -start if self.law else 0.0 if natural is None else natural - start
 
-
-def _bound_motor(motor: Motor, coordinate: Coordinate, _: bool) -> BoundElement:
-    held = motor.command.mean if isinstance(motor.command, Input) else 0.0
-    return BoundElement(motor, coordinate, held, motor.law)
-
-
-_BOUND: dict[type, Callable[..., BoundElement]] = {
-    JointSpring: lambda e, c, static: BoundElement(
-        e, c, _stiffness(e, static), e.potential, e.rest
-    ),
-    JointStop: lambda e, c, _: BoundElement(e, c, e.stiffness, None),
-    Spring: _bound_spring,
-    Damper: _bound_damper,
-    JointDamper: _bound_damper,
-    Motor: _bound_motor,
-}
+    @property
+    def key(self) -> tuple[type["ElementGroup"], object]:
+        """Key that elements with common kernels share, or the strains of one that relaxes."""
+        own = None if self.element.relaxation is None else self.element.name
+        return of_kind(_KINDS, self.element), self.law or own
 
 
 def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
@@ -390,7 +360,11 @@ class Stops(ElementGroup):
         return held + self._damping_force(x, rate) if self._damped else held
 
 
-_KINDS = {"spring": Springs, "damper": Dampers, "motor": Motors, "stop": Stops}
+_KINDS: dict[type, type[ElementGroup]] = {
+    **dict.fromkeys((JointSpring, Spring), Springs),
+    **dict.fromkeys((JointDamper, Damper), Dampers),
+    **{Motor: Motors, JointStop: Stops},
+}
 
 
 def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:
@@ -404,10 +378,10 @@ def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[Elemen
     for number, key in enumerate(dict.fromkeys(item.key for item in items)):
         kind, law = key
         members = [item for item in items if item.key == key]
-        name = f"{kind}s" if law is None else f"{kind}s with law {number + 1}"
+        name = kind.__name__.lower() + ("" if law is None else f" with law {number + 1}")
         if members[0].element.relaxation is not None:
             name = said(members[0].element)
-        groups.append(_KINDS[kind](name, comm, members))
+        groups.append(kind(name, comm, members))
     return groups
 
 

@@ -162,8 +162,7 @@ class Unknowns:
             for fixed in body.fixed:
                 numbers.append(self.numbers[body.name][fixed.dofs])
                 rates.append(fixed.rate(h))
-                still = [] if fixed.moving else [fixed.value(0.0)] * len(times)
-                values.append(np.array(still or [fixed.value(t) for t in times]).T)
+                values.append(np.array([fixed.value(t) for t in times]).T)
         mine = (np.concatenate(numbers), np.concatenate(rates), np.concatenate(values))
         every = self._comm.allgather(mine)
         found, speeds, histories = (np.concatenate([part[k] for part in every]) for k in range(3))

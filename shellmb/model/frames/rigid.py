@@ -64,8 +64,7 @@ class RigidBodies(FrameBody):
             self.slowing = self._constant([b.mass_damping for b in bodies], "slowing")
         if GROUND in self.index:
             dofs = np.concatenate([self.local(GROUND, part) for part in ("u", "w", "lam")])
-            zeros = np.zeros(len(dofs))
-            self.fixed.append(FixedDofs(dofs, lambda t: zeros, False))
+            self.fixed.append(FixedDofs(dofs))
 
     def _constant(self, rows: Any, name: str) -> fem.Function:
         values = np.array(rows, dtype=float).reshape(len(self.bodies), -1)

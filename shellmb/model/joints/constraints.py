@@ -115,8 +115,7 @@ class ConstraintGroup(NodeGroup):
         """
         self.allowed[item, component] = False
         rows = self.mixed.dofs["mu"].reshape(-1, self.count)[self.nodes.item == item]
-        zeros = np.zeros(len(rows))
-        self.fixed.append(FixedDofs(rows[:, component], lambda t: zeros, False))
+        self.fixed.append(FixedDofs(rows[:, component]))
 
     @property
     def law(self) -> Law:
@@ -291,4 +290,4 @@ class GivenValues:
         dofs, here = group.mixed.dofs["s"], group.nodes.item
         group.kinematic |= {"s"}
         group.jump_parts |= {"s"}
-        group.fixed.append(FixedDofs(dofs, lambda t: (self._at(t) - first)[here].ravel(), True))
+        group.fixed.append(FixedDofs(dofs, lambda t: (self._at(t) - first)[here].ravel()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model import elements as force_elements
-from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
+from shellmb.model.body import Body, FixedDofs, PrescribedTurn
 from shellmb.model.joints import coordinates as relative
 from shellmb.model.joints import switches
 from shellmb.model.joints.constraints import ConstraintGroup
@@ -229,7 +229,7 @@ class Mechanism:
     def _bound(self, element: Any) -> list[force_elements.BoundElement]:
         """A force element on its coordinate, or on all of a hinge of edges by their shares."""
         joint, kind = force_elements.coordinate_of(self._scene, element)
-        bound, static = force_elements.bind_element, self._scene.static
+        bound, static = force_elements.BoundElement, self._scene.static
         if joint not in self.several:
             return [bound(element, self.table[joint, kind], static)]
         found = []
@@ -301,11 +301,10 @@ class Mechanism:
                 coordinate = self.table[driver.joint, kind]
                 self._begins_as_zero(motion(0.0), who, coordinate.size)
                 self.drivers[f"{driver.name}.{coordinate.effort}"] = coordinate
-                dofs, turn = coordinate.local(), None
+                turn = None
                 if kind == "rotation":
                     turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)
-                fixed = FixedDofs(dofs, _motion(motion, len(dofs)), True, turn)
-                coordinate.group.fixed.append(fixed)
+                coordinate.group.fixed.append(FixedDofs(coordinate.local(), motion, turn))
 
     def _windows(self, groups: Sequence[ConstraintGroup]) -> list[switches.Switched]:
         """Joints that act in windows of time."""
@@ -336,7 +335,3 @@ class Mechanism:
             windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
             found.append(switches.Locks(group, windows, scene.t_end))
         return found
-
-
-def _motion(motion: TimeFunction, count: int) -> Any:
-    return lambda t: np.full(count, motion(t))

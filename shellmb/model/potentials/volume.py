@@ -251,13 +251,9 @@ class Filling(NodeGroup):
         self.kinematic, self.jump_parts = frozenset({"v"}), frozenset({"v", "mu"})
         self.pressure, self._size = self.constant(pressure), self.constant(volume)
         if item.gas is None:
-            here, change = self.mixed.dofs["v"], item.change
-
-            def given(t: float) -> Floats:
-                now = 0.0 if change is None else numbers_at(change(t), t, f"{who}: change")
-                return np.full(len(here), float(now))
-
-            self.fixed.append(FixedDofs(here, given, change is not None))
+            change, whose = item.change, f"{who}: change"
+            given = None if change is None else lambda t: numbers_at(change(t), t, whose)
+            self.fixed.append(FixedDofs(self.mixed.dofs["v"], given))
 
     def _change(self, q: Expr) -> Expr:
         return ufl.as_vector([self.layout.part(q, "v")])

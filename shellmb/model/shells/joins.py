@@ -236,17 +236,11 @@ class Glued:
         own = slice(0, 6) if self.shares_director else slice(0, 9)
         rows = self.rows("w")[here][:, own]
         D = self.beam.node_directors()[here][:, : rows.shape[1] // 3]
-        zeros = np.zeros(rows.size)
-
-        def change(t: float) -> Floats:
-            return zeros if turned is None else turned(D, t).ravel()
-
+        change = None if turned is None else lambda t: turned(D, t).ravel()
         lam = self.rows("lam")[here]
         if self.shares_director:
             lam = np.delete(lam, 2, axis=1)
-        idle = np.zeros(lam.size)
-        self.beam.fixed.append(FixedDofs(rows.ravel(), change, turned is not None))
-        self.beam.fixed.append(FixedDofs(lam.ravel(), lambda t: idle, False))
+        self.beam.fixed += [FixedDofs(rows.ravel(), change), FixedDofs(lam.ravel())]
 
 
 def _aligned(d1: Expr, d2: Expr, E3: Expr) -> list[Expr]:

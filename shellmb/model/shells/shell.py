@@ -84,13 +84,13 @@ class ShellModel(ElasticShell):
     def manifold(self) -> Manifold:  # type: ignore[override]
         """Unit directors."""
         reference = self.node_directors()[:, 0] if self.held.unit else None
+        if self.mass is None or self.mass.I is None:
+            return Manifold(reference, self.inertialess)
         tangent = self._tangent, self._tangent_values, self._tangent_back
         return Manifold(reference, self.inertialess, *tangent)
 
     def _tangent(self, b: Expr, mid: Expr) -> Expr:
         """A jump of velocities, its director part without momentum along the mean director."""
-        if self.mass is None or self.mass.I is None:
-            return b
         first, size = self.mixed.parts["w"]
         d = self.held.normal(self.layout.part(mid, "w"), self.director)
         db = shell_forms.tangent_jump(*self.layout.moved(b), d, self._arm.coefficient)
@@ -100,8 +100,6 @@ class ShellModel(ElasticShell):
 
     def _tangent_values(self, b: Floats, mid: Floats) -> Floats:
         """Values at the nodes of a jump, its director part without momentum."""
-        if self.mass is None or self.mass.I is None:
-            return b
         place, (d, momentum, square) = self.mixed.dofs["w"], self._momenta(b, mid)
         along = np.sum(momentum * d, axis=1, keepdims=True) / square
         out = b.copy()
@@ -113,21 +111,19 @@ class ShellModel(ElasticShell):
         place = self.mixed.dofs["w"]
         d = self.held.normals(mid[place].reshape(-1, 3), self.node_directors()[:, 0])
         momentum = b[place].reshape(-1, 3)
-        if self.mass is not None and self.mass.s is not None:
+        if self._arm.coefficient is not None:
             momentum = momentum + self._arm.values * b[self.mixed.dofs["u"]].reshape(-1, 3)
         return d, momentum, np.sum(d * d, axis=1, keepdims=True)
 
     def _tangent_back(self, b: Floats, mid: Floats, of: Floats) -> tuple[Floats, Floats]:
         """Covectors of a jump and of the state for one of `_tangent_values`: these, transposed."""
         by_jump, by_state = of.copy(), np.zeros_like(of)
-        if self.mass is None or self.mass.I is None:
-            return by_jump, by_state
         place, (d, momentum, square) = self.mixed.dofs["w"], self._momenta(b, mid)
         w = of[place].reshape(-1, 3)
         along = np.sum(momentum * d, axis=1, keepdims=True) / square
         back = np.sum(w * d, axis=1, keepdims=True) / square
         by_jump[place] -= (back * d).ravel()
-        if self.mass.s is not None:
+        if self._arm.coefficient is not None:
             by_jump[self.mixed.dofs["u"]] -= (self._arm.values * back * d).ravel()
         by_normal = back * (2.0 * along * d - momentum) - along * w
         # normals are linear in the state, by a symmetric matrix

@@ -337,10 +337,8 @@ def _fix(
         return
     local = body.mixed.space.dofmap.index_map.global_to_local(np.asarray(dofs, dtype=np.int64))
     here = local >= 0
-    zeros = np.zeros(int(np.sum(here)))
-    given = (lambda t: zeros) if value is None else (lambda t: np.asarray(value(t))[here])
-    found = np.asarray(local[here], dtype=np.int32)
-    body.fixed.append(FixedDofs(found, given, value is not None, turn))
+    given = None if value is None else lambda t: np.asarray(value(t))[here]
+    body.fixed.append(FixedDofs(np.asarray(local[here], dtype=np.int32), given, turn))
 
 
 def _planes(found: Sequence[tuple[Rows, int]]) -> NodalConstraint:

@@ -314,11 +314,7 @@ class OwnBody(Body, UserBody):
             motion: Their value as a function of time; None: zero.
         """
         self._nodes_held.append((where, components, motion))
-        dofs = self.dofs(where, components)
-        ones = np.ones(len(dofs))
-        self.fixed.append(
-            FixedDofs(dofs, lambda t: (motion(t) if motion else 0.0) * ones, motion is not None)
-        )
+        self.fixed.append(FixedDofs(self.dofs(where, components), motion))
 
     def in_values(self) -> dict[str, Any]:
         """Description in values: the space by its element and the size of its mesh."""

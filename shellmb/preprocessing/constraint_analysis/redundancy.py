@@ -274,8 +274,7 @@ def _drop(model: Model, unknowns: Unknowns, redundant: list[Redundant]) -> None:
             lam = body.mixed.dofs["lam"]
             idle = lam[np.isin(unknowns.numbers[body.name][lam], multipliers)]
             if len(idle):
-                zeros = np.zeros(len(idle))
-                body.fixed.append(FixedDofs(idle, lambda t, zeros=zeros: zeros, False))  # type: ignore[misc]
+                body.fixed.append(FixedDofs(idle))
 
 
 def largest_gap(model: Model, q: Mapping[str, fem.Function]) -> tuple[float, str, str]:
