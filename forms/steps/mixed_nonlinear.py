@@ -134,11 +134,6 @@ class NonlinearMixed:
     thickness: Expr
     kinked: bool = False
 
-    @property
-    def densities(self) -> tuple[Callable[[Expr], Expr], Callable[[Expr], Expr]]:
-        """Energies of the displacements' strains and of the cells' own ones, shape (8,) both."""
-        return self._sheared, self._psi_own
-
     def energy_density(self, e: Expr) -> Expr:
         """Energy of strains, shape (8,), as the user wrote it."""
         return self.psi(named(e))
@@ -209,14 +204,14 @@ class NonlinearMixed:
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
-        seen = self._seen(strain, layout)
+        seen = self.seen(strain, layout)
         pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in seen]
         jumps = ((gradient(psi, q1) - gradient(psi, q0), q1 - q0) for psi, q0, q1 in pairs)
         return [sum(ufl.dot(*jump) / 2 for jump in jumps)]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""
-        seen = self._seen(strain, layout)
+        seen = self.seen(strain, layout)
         shared, own = (gradient(psi, measure.value(q)) for psi, measure in seen)
         return shared + own
 
@@ -228,15 +223,15 @@ class NonlinearMixed:
     def _averages(self, strain: Measure, layout: Layout, span: Interval) -> list[Expr]:
         """Averaged stresses of both energies."""
         found = []
-        for psi, measure in self._seen(strain, layout):
+        for psi, measure in self.seen(strain, layout):
             first = measure.value(span.a)
             last = first if span.a is span.b else measure.value(span.b)
             found.append(self._average(psi, first, last, span.beta))
         return found
 
-    def _seen(self, strain: Measure, layout: Layout) -> Sequence[tuple[Energy, Measure]]:
-        """Energies with the strains that they are of."""
-        return list(zip(self.densities, (strain, assumed(strain, layout)), strict=True))
+    def seen(self, strain: Measure, layout: Layout) -> Sequence[tuple[Energy, Measure]]:
+        """Energies of the displacements' strains and of the cells' own ones, with these strains."""
+        return (self._sheared, strain), (self._psi_own, assumed(strain, layout))
 
 
 def tangent(psi: Energy, e: Expr) -> Expr:
@@ -272,10 +267,9 @@ class NonlinearPath:
         over: Callable[[Measure], StrainPath],
     ) -> None:
         self._section, self._layout, self._step = section, layout, step
-        measures = strain, assumed(strain, layout)
         self._parts = [
             (psi, measure.value(step.path.start), over(measure))
-            for psi, measure in zip(section.densities, measures, strict=True)
+            for psi, measure in section.seen(strain, layout)
         ]
         self._ties = [(tie.act, over(tie.measure)) for tie in ties(strain, layout)]
 

@@ -46,10 +46,15 @@ def called(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> 
         with _without_values():
             return function(*arguments)
     except (Exception, SystemExit) as error:
-        raise SceneError(
-            f"{place_of(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
-            "be written with operators and functions of UFL"
-        ) from error
+        right = "it must be written with operators and functions of UFL"
+        raise _refused(function, who, f"fails ({in_words(error)}); {right}", error) from error
+
+
+def _refused(
+    function: Callable[..., Any], who: str, text: str, error: BaseException | None = None
+) -> SceneError:
+    """Error about a user's function, which it names with the place of it, or of what it raised."""
+    return SceneError(f"{place_of(function, error)}{who} {show(function)} {text}")
 
 
 def vector_of(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
@@ -75,10 +80,8 @@ def _returned(
     with suppress(TypeError, ValueError):
         found = ufl.as_ufl(value)
     if found is None or isinstance(value, bool) or len(found.ufl_shape) > most:
-        raise SceneError(
-            f"{place_of(function)}{who} {show(function)} returns {_said(value)}; it must return a "
-            f"{what} of UFL"
-        )
+        text = f"returns {_said(value)}; it must return a {what} of UFL"
+        raise _refused(function, who, text)
     _check_numbers(found, function, who)
     return found
 
@@ -105,12 +108,9 @@ def components(
         except (AttributeError, TypeError, ValueError):
             right = False
         if not right:
-            given = _said(getattr(value, name, value))
-            raise SceneError(
-                f"{place_of(function)}{who} {show(function)} returns {given}"
-                + (f" as {name}" if hasattr(value, name) else "")
-                + f"; it must return ShellStrains, with {name} a vector of UFL of shape ({size},)"
-            )
+            given = _said(getattr(value, name, value)) + f" as {name}" * hasattr(value, name)
+            right = f"ShellStrains, with {name} a vector of UFL of shape ({size},)"
+            raise _refused(function, who, f"returns {given}; it must return {right}")
         _check_numbers(part, function, who)
         found += [part[k] for k in range(size)]
     return found
@@ -137,10 +137,8 @@ def _check_numbers(expression: Expr, function: Callable[..., Any], who: str) -> 
         if isinstance(number, ScalarValue):
             value = complex(number)
             if not np.isfinite(value) or value.imag:
-                raise SceneError(
-                    f"{place_of(function)}{who} {show(function)} has the number {number}; it must "
-                    "be finite and real"
-                )
+                text = f"has the number {number}; it must be finite and real"
+                raise _refused(function, who, text)
 
 
 @contextmanager
@@ -198,10 +196,8 @@ def resists_all(
     used = set(traverse_unique_terminals(value))
     missing = [name for name, strain in strains._asdict().items() if strain not in used]
     if missing:
-        raise SceneError(
-            f"{place_of(energy)}{who} {show(energy)} does not depend on {' and '.join(missing)}; "
-            "it must resist all strains"
-        )
+        text = f"does not depend on {' and '.join(missing)}; it must resist all strains"
+        raise _refused(energy, who, text)
 
 
 def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who: str) -> Expr:
@@ -240,10 +236,9 @@ def virtual(
     """
     value = written(function, arguments, who)
     if not _linear(value):
-        raise SceneError(
-            f"{place_of(function)}{who} {show(function)} returns {_said(value)}, which is not "
-            f"linear in the variation; it must be a virtual work, as ufl.dot(force, {du})"
-        )
+        text = f"returns {_said(value)}, which is not linear in the variation"
+        right = f"it must be a virtual work, as ufl.dot(force, {du})"
+        raise _refused(function, who, f"{text}; {right}")
     return value
 
 

@@ -32,6 +32,8 @@ from shellmb.scene.multibody.offsets import Offset, node_of
 
 RigidMeshes = dict[str, ShellModel | BeamModel]
 Triple = tuple[float, float, float]
+# the ends of a joint or force element
+BOTH = (("first", "at"), ("second", "second_at"))
 
 
 class SceneMeshes:
@@ -89,20 +91,15 @@ def ended(item: Any, meshes: RigidMeshes) -> Any:
         item: It.
         meshes: Meshes of the bodies that are rigid, by name.
     """
-    ends = {
-        at: (getattr(item, at), meshes[getattr(item, body)])
-        for at, body in (("at", "first"), ("second_at", "second"))
-        if isinstance(getattr(item, at, None), Offset) and getattr(item, body) in meshes
-    }
-    changed: dict[str, Any] = {
-        at: place_of(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
-    }
-    mesh = meshes.get(getattr(item, "second", ""))
-    along = mesh is not None and mesh.described.directors == 1 and item.of_regions
-    if mesh is not None and along and isinstance(item.second_at, str):
-        # two rigid bodies: any point of both will do
-        x = shared_nodes(mesh, item.second_at, said(item)).x[0]
-        changed |= {"at": triple(x), "second_at": None}
+    changed: dict[str, Any] = {}
+    for body, at in BOTH if hasattr(item, "second") else ():
+        mesh, where = meshes.get(getattr(item, body)), getattr(item, at)
+        region = at == "second_at" and item.of_regions and isinstance(where, str)
+        if mesh is not None and region and mesh.described.directors == 1:
+            # two rigid bodies: any point of both will do
+            changed |= {"at": place_of(where, mesh, said(item)), "second_at": None}
+        elif mesh is not None and isinstance(where, Offset):
+            changed[at] = place_of(where, mesh, said(item))
     return replace(item, **changed) if changed else item
 
 

@@ -12,7 +12,7 @@ weld or, where hinged edges are in one straight line, by a revolute joint about 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -42,44 +42,31 @@ NO_MODE, NO_MASS = 1e-10, 1e-6
 FREE = 1e-6
 
 
-@dataclass(frozen=True)
-class Attachment:
-    """A place on a shell or beam at which something is attached.
-
-    Args:
-        body: Name of the shell or beam.
-        where: Edge, area, name of a point or coordinates.
-        frame: The frame that moves with it.
-    """
-
-    body: str
-    where: Any
-    frame: Interface
+# frames that move with shells and beams, by the name of the body and the place on it: an edge, an
+# area, the name of a point or coordinates
+type Attached = Mapping[tuple[str, Any], Interface]
 
 
-def scene_of(
-    scene: Scene, names: Sequence[str], attached: Sequence[Attachment], loads: Sequence[Any]
-) -> Scene:
+def scene_of(scene: Scene, names: Sequence[str], attached: Attached, loads: Sequence[Any]) -> Scene:
     """A body alone, with its loads, and frames where something is attached.
 
     Args:
         scene: The scene.
         names: Names of the shells and beams that it consists of.
-        attached: Where something is attached to them.
+        attached: Frames where something is attached to them.
         loads: Distributed loads on them, each with the name of its body.
     """
     welds = []
-    for k, item in enumerate(attached):
-        named = isinstance(item.where, str)
-        place: dict[str, Any] = {"second_at" if named else "at": item.where}
-        welds.append(Weld(f"weld {k}", item.frame.name, item.body, **place))
+    for k, ((body, where), frame) in enumerate(attached.items()):
+        place: dict[str, Any] = {"second_at" if isinstance(where, str) else "at": where}
+        welds.append(Weld(f"weld {k}", frame.name, body, **place))
     return Scene(
         f"{names[0]} alone",
         shells=tuple(replace(s, model="exact") for s in scene.shells if s.name in names),
         beams=tuple(replace(b, model="exact") for b in scene.beams if b.name in names),
         joins=tuple(j for j in scene.joins if j.first in names),
         glues=tuple(g for g in scene.glues if g.beam in names),
-        rigid_bodies=tuple(item.frame for item in attached),
+        rigid_bodies=tuple(attached.values()),
         joints=tuple(welds),
         # when they act, and what commands them, is a matter of the run
         loads=tuple(replace(load, time=None) for load in loads),
@@ -149,7 +136,7 @@ class ReducedBody:
         scene: The scene.
         comm: Communicator.
         names: Names of the shells and beams.
-        attached: Where something is attached to them.
+        attached: Frames where something is attached to them.
         loads: Distributed loads on them, each with the name of its body.
         supports: What holds nodes of them, each with the name of its body.
 
@@ -166,7 +153,7 @@ class ReducedBody:
         scene: Scene,
         comm: MPI.Comm,
         names: Sequence[str],
-        attached: Sequence[Attachment],
+        attached: Attached,
         loads: Sequence[Any],
         supports: Sequence[Any],
     ) -> None:
@@ -174,7 +161,7 @@ class ReducedBody:
         words = [b.modes for b in bodies if b.modes]
         who, self._name, self.joints = said(bodies[0]), names[0], list[Joint]()
         isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
-        self._welded = [a.frame for a in attached]
+        self._welded = list(attached.values())
         if supports:
             held = IsolatedBody(replace(isolated.model.scene, supports=tuple(supports)), comm)
             frame, joint = support_joint(held, names[0], who, supports)

@@ -7,7 +7,7 @@ only the modes follow from what they are at rest.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -43,34 +43,13 @@ TIMES = (0.0, 0.04, 0.11, 0.23, 0.37, 0.53, 0.71, 0.89, 1.0)
 NO_FORCE = 1e-12
 
 
-@dataclass(frozen=True)
-class Dead:
-    """Part of a load that keeps its direction.
-
-    Args:
-        time: Function of time of the load.
-        force: The direction, shape (3,).
-        profile: Nodal forces in it, along x.
-    """
-
-    time: TimeFunction | None
-    force: Floats
-    profile: Floats
-
-
-@dataclass(frozen=True)
-class FollowerLoad:
-    """Part of a load that turns with the body, or one of a moment's components along it.
-
-    Args:
-        time: Function of time of the load.
-        along: As of `ModalForces`.
-        work: Its nodal forces at rest, or their derivative along a field.
-    """
-
-    time: TimeFunction | None
-    along: Floats | None
-    work: Callable[[Floats | None], Floats]
+# nodal forces of a load at rest, or their derivative along a field
+type Work = Callable[[Floats | None], Floats]
+# a part of a load that keeps its direction: time of the load, the direction, shape (3,), and nodal
+# forces in it, along x
+type Dead = tuple[TimeFunction | None, Floats, Floats]
+# one that turns with the body, or a moment's component along it: time, and `along` of `ModalForces`
+type Follower = tuple[TimeFunction | None, Floats | None, Work]
 
 
 class SpreadLoads:
@@ -91,9 +70,9 @@ class SpreadLoads:
     def vectors(self) -> list[Floats]:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
         isolated, found = self._isolated, []
-        for dead in self._dead:
-            found += [isolated.moved(dead.profile, 0, axis) for axis in range(3)]
-        forces = [item.work(None) for item in self._followers]
+        for _, _, profile in self._dead:
+            found += [isolated.moved(profile, 0, axis) for axis in range(3)]
+        forces = [work(None) for _, _, work in self._followers]
         # no moment is about the director of a shell
         return found + [one for one in forces if isolated.work(one, one) > 0]
 
@@ -111,20 +90,20 @@ class SpreadLoads:
         arms = [isolated.arm(a, center) for a in range(3)]
         shapes = [isolated.moved(modes, a) for a in range(3)]
         fields = np.column_stack([isolated.motion(0, center), *arms, *shapes])
-        for dead in self._dead:
-            sums = isolated.work(dead.profile, fields)
+        for time, direction, profile in self._dead:
+            sums = isolated.work(profile, fields)
             # forces and moments in one unit: nothing of the arms is large
             size = float(np.linalg.norm([sums[0], *sums[1:4] / length, *sums[4:]]))
             share, arm, shape = sums[0] / size, sums[1:4] / size, sums[4:] / size
-            force = size * dead.force
-            found.append(ModalPoint(dead.time, force, float(share), arm, shape.reshape(3, -1)))
+            force = size * direction
+            found.append(ModalPoint(time, force, float(share), arm, shape.reshape(3, -1)))
         return tuple(found)
 
     def forces(self, modes: Floats, center: Floats) -> tuple[ModalForces, ...]:
         """All others, as forces on frame and amplitudes; collective."""
         return tuple(
-            ModalForces(item.time, item.along, self._table(item, modes, center))
-            for item in self._followers
+            ModalForces(time, along, self._table(work, modes, center))
+            for time, along, work in self._followers
         )
 
     def _directions(self, load: Any) -> Iterator[Dead]:
@@ -135,13 +114,13 @@ class SpreadLoads:
         sizes, directions = np.linalg.eigh([isolated.work(part, parts) for part in parts.T])
         for size, direction in zip(sizes, directions.T, strict=True):
             if size > NO_FORCE * sizes[-1]:
-                yield Dead(load.time, direction, parts @ direction)
+                yield load.time, direction, parts @ direction
 
-    def _turned_by(self, load: Any) -> Iterator[FollowerLoad]:
+    def _turned_by(self, load: Any) -> Iterator[Follower]:
         """List what turns with the body; of a moment each component along its axes."""
 
-        def follower(item: Any, along: Floats | None) -> FollowerLoad:
-            return FollowerLoad(load.time, along, _assembled(self._isolated, item))
+        def follower(item: Any, along: Floats | None) -> Follower:
+            return load.time, along, _assembled(self._isolated, item)
 
         if not isinstance(load, MOMENTS):
             yield follower(load, None)
@@ -157,16 +136,16 @@ class SpreadLoads:
                 turned = replace(described, moment=partial(_component, given, a, i))
                 yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
 
-    def _table(self, item: FollowerLoad, modes: Floats, center: Floats) -> Floats:
+    def _table(self, work: Work, modes: Floats, center: Floats) -> Floats:
         """Force and moment along the axes of the frame, and forces on the amplitudes.
 
         Returns:
             Of the body at rest, and per amplitude, shape (6 + K, 1 + K).
         """
-        isolated, still = self._isolated, item.work(None)
+        isolated, still = self._isolated, work(None)
         rigid = [isolated.motion(axis, center) for axis in range(6)]
         fields = np.column_stack([*rigid, modes])
-        changed = [still, *(item.work(mode) for mode in modes.T)]
+        changed = [still, *(work(mode) for mode in modes.T)]
         found = np.stack([isolated.work(forces, fields) for forces in changed], axis=1)
         for column, mode in enumerate(modes.T, start=1):
             # forces at rest on what the mode has moved
@@ -232,7 +211,7 @@ class TermsAtRest:
         return largest
 
 
-def _assembled(isolated: IsolatedBody, load: Any) -> Callable[[Floats | None], Floats]:
+def _assembled(isolated: IsolatedBody, load: Any) -> Work:
     """Nodal forces of a load at rest, or their derivative along a field."""
     body = isolated.bodies[load.body]
     acting = body.loads_of([load])

@@ -9,17 +9,10 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.model.frames.rigid_from_mesh import (
-    SceneMeshes,
-    Triple,
-    about_director,
-    hinged,
-    place_of,
-    triple,
-)
+from shellmb.model.frames import rigid_from_mesh as rigid_meshes
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
-from shellmb.preprocessing.modal.basis import Attachment, ReducedBody, stays_rigid
+from shellmb.preprocessing.modal.basis import Attached, ReducedBody, stays_rigid
 from shellmb.scene import RigidBody, Scene
 from shellmb.scene.checks.names import has_field
 from shellmb.scene.checks.whole import groups_of
@@ -30,11 +23,6 @@ from shellmb.scene.multibody.offsets import node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.values.validate import as_names, show
-
-Ends = tuple[tuple[str, str], ...]
-
-# body and place of both ends
-BOTH: Ends = (("first", "at"), ("second", "second_at"))
 
 
 def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody, ...]]:
@@ -68,7 +56,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     frames: list[RigidBody] = []
     for group in groups:
         spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
-        where = made.attachments(group), spread, made.holding[group[0]]
+        where = made.attached(group), spread, made.holding[group[0]]
         body = ReducedBody(scene, comm, group, *where)
         bodies.append(body.modal(made.touched(group)))
         frames += body.frames
@@ -114,17 +102,17 @@ class _Reduction:
     def __init__(self, scene: Scene, comm: MPI.Comm, groups: list[tuple[str, ...]]) -> None:
         self._scene = scene
         self.group = {name: names[0] for names in groups for name in names}
-        self.mesh = SceneMeshes(scene, comm, not scene.static)
-        self._found: dict[tuple[str, Any], Attachment] = {}
+        self.mesh = rigid_meshes.SceneMeshes(scene, comm, not scene.static)
+        self._found: dict[tuple[str, Any], Interface] = {}
         # the nodes that move with each, or are held
         self._taken: dict[tuple[str, Any], frozenset[int]] = {}
         self.holding = {names[0]: self._holding(names) for names in groups}
 
-    def attachments(self, group: tuple[str, ...]) -> list[Attachment]:
+    def attached(self, group: tuple[str, ...]) -> Attached:
         """The frames of a reduced body."""
-        return [a for (name, _), a in self._found.items() if name in group]
+        return {at: frame for at, frame in self._found.items() if at[0] in group}
 
-    def _frame(self, name: str, where: Any, who: str, label: str) -> Attachment:
+    def _frame(self, name: str, where: Any, who: str, label: str) -> Interface:
         """The frame at a place, the same for all that is attached there.
 
         Raises:
@@ -156,26 +144,26 @@ class _Reduction:
             # of a beam's node its own directors: what follows it has components along these
             framed = nodes.directors.shape[1] == 3
             axes = nodes.directors[0].T if framed else np.eye(3)
-            rows: Any = tuple(map(triple, axes))
+            rows: Any = tuple(map(rigid_meshes.triple, axes))
             # of loads, which have no names of their own, there may be several
-            names = {a.frame.name for a in self._found.values()}
+            names = {frame.name for frame in self._found.values()}
             title, number = f"{name} ({label})", 2
             while title in names:
                 title, number = f"{name} ({label} {number})", number + 1
-            at = triple(nodes.x.mean(axis=0))
+            at = rigid_meshes.triple(nodes.x.mean(axis=0))
             still = (0.0, 0.0, 0.0)
-            frame = Interface(title, 0.0, still, at, rows, of=self.group[name])
-            self._found[name, node] = Attachment(name, node, frame)
+            found = Interface(title, 0.0, still, at, rows, of=self.group[name])
+            self._found[name, node] = found
         return self._found[name, node]
 
-    def point(self, name: str, where: Any, who: str) -> Triple:
+    def point(self, name: str, where: Any, who: str) -> rigid_meshes.Triple:
         """Coordinates of a place on any body."""
         if isinstance(where, tuple) and not isinstance(where[0], str):
             return where
         body: Any = self._scene.end(name, who)
         if hasattr(body, "place"):
-            return triple(body.place(where))
-        return place_of(where, self.mesh(name), who)
+            return rigid_meshes.triple(body.place(where))
+        return rigid_meshes.place_of(where, self.mesh(name), who)
 
     def ends(self, item: Any, who: str) -> Any:
         """A joint or force element with its ends at frames."""
@@ -183,7 +171,7 @@ class _Reduction:
             return item
         changes: dict[str, Any] = {}
         first = None if item.at is None else self.point(item.first, item.at, who)
-        for body, at in BOTH:
+        for body, at in rigid_meshes.BOTH:
             name, where = getattr(item, body), getattr(item, at)
             if name not in self.group:
                 continue
@@ -191,7 +179,7 @@ class _Reduction:
             if where is None:
                 where = first if first is not None else self.point(item.first, None, who)
             region = item.of_regions and at == "second_at" and self._region(name, where)
-            changes[body] = self._frame(name, where, who, label).frame.name
+            changes[body] = self._frame(name, where, who, label).name
             # a region follows the frame as a whole, at the place of the first body
             changes[at] = first if region else self.point(name, where, who)
         if item.first in self.group or changes.get("second_at") is None:
@@ -207,18 +195,18 @@ class _Reduction:
         """A joint with its ends at frames."""
         if joint.along_edges:
             return self._edge_hinge(joint)
-        turned = about_director(joint, self._scene, self.group, self.mesh)
+        turned = rigid_meshes.about_director(joint, self._scene, self.group, self.mesh)
         moved: Joint = self.ends(turned, joint.said)
         return moved
 
     def _edge_hinge(self, joint: Joint) -> Joint:
         """A hinge of edges on the frames that these move with."""
         frames: dict[str, Any] = {}
-        for body, at in BOTH:
+        for body, at in rigid_meshes.BOTH:
             name, edge = getattr(joint, body), getattr(joint, at)
             if name in self.group:
-                frames[body] = self._frame(name, edge, joint.said, joint.name).frame.name
-        return replace(hinged(joint, self.group, self.mesh), **frames)
+                frames[body] = self._frame(name, edge, joint.said, joint.name).name
+        return replace(rigid_meshes.hinged(joint, self.group, self.mesh), **frames)
 
     def held(self, support: Any) -> bool:
         """Decide whether a support holds a reduced body."""
@@ -253,7 +241,7 @@ class _Reduction:
             return
         for edge in as_names(support.at):
             name = f"{target.name}.{edge}"
-            frame = self._frame(target.name, edge, support.label, name).frame
+            frame = self._frame(target.name, edge, support.label, name)
             if support.hinges:
                 yield Spherical(name, GROUND, frame.name, at=frame.position)
             else:
@@ -267,7 +255,7 @@ class _Reduction:
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
             return load
-        frame = self._frame(target.name, load.at, load.label, load.label).frame
+        frame = self._frame(target.name, load.at, load.label, load.label)
         at = self.point(target.name, load.at, load.label)
         return replace(load, body=frame.name, at=at)
 
