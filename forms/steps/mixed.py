@@ -124,7 +124,8 @@ class MixedSection:
         return self.joined(*self.averages(strain, layout, span))
 
 
-class MixedStrains(NamedTuple):
+@dataclass(frozen=True)
+class MixedStrains:
     """Strains with a section in mixed form: what densities of their work are made of.
 
     Args:

@@ -215,12 +215,12 @@ def interval_work(
 
     Stresses are averaged such that the work is the change of the energy, eqs. (20)-(22), (32).
     """
-    section, layout, strain = of
+    section, strain = of.section, of.strain
     e = end = strain.value(span.b)
     N = last = of.forces(span.unknown)
     if span.a is not span.b:
         # linear: the average of the stresses is the stress of the averages
-        e, N = section.averages(strain, layout, span)
+        e, N = section.averages(strain, of.layout, span)
     work = acting(strain, span.a, span.b, span.mid, dq)
     found = [work(s) for s in section.stress(e, N)]
     return added(found, section.gap(e, end, last, of.forces(dq)))

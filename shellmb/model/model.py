@@ -304,7 +304,7 @@ class Model:
     def mass(self) -> float:
         """Mass of all bodies, kg; one where nothing has any."""
         mass = sum(body.mass for body in self.scene.rigid_bodies)
-        mass += sum(s.section.sizes.mass * s.domain.length**2 for s in self.shells.values())
+        mass += sum(s.section.mass * s.domain.length**2 for s in self.shells.values())
         mass += sum(body.total_mass for body in self.own.values())
         mass += sum(b.beam.section.mass[0] * b.domain.length for b in self.beams.values())
         return mass or 1.0

@@ -144,7 +144,7 @@ class Signs:
         body.mixed.space.mesh.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
         length = body.domain.length
         strain = NOISE * (1 + float(found[0]) / length)
-        return float(body.section.sizes.stiffness * (strain * length) ** 2)
+        return float(body.section.stiffness * (strain * length) ** 2)
 
 
 class Edges:
@@ -236,7 +236,7 @@ def _missed(y: Floats) -> Floats:
 
 def _twisting(body: ShellModel) -> tuple[float, float]:
     """Stiffness against twisting, N m, and width of the layer, m; collective."""
-    section, sizes = body.shell.section, body.section.sizes
+    section, sizes = body.shell.section, body.section
     if not isinstance(section, LinearSection):
         square = sizes.thickness**2
         return TWIST * sizes.stiffness * square, float(np.sqrt(LAYER * square))

@@ -203,7 +203,7 @@ def _bends(simulation: Simulation, name: str, q: Floats) -> bool:
     body = simulation.model.shells[name]
     across = q[body.mixed.dofs["u"]].reshape(-1, 3) @ body.node_directors()[:1, 0].T
     far = float(np.max(np.abs(across), initial=0.0))
-    return simulation.model.comm.allreduce(far, op=MPI.MAX) > body.section.sizes.thickness / 2
+    return simulation.model.comm.allreduce(far, op=MPI.MAX) > body.section.thickness / 2
 
 
 def _stretched(simulation: Simulation, name: str) -> bool:
@@ -367,7 +367,7 @@ def _apart(run: Simulation, finer: Simulation, smooth: bool) -> dict[str, float]
             right = _at(x, u, X, U)
             most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
             apart, farthest = np.linalg.norm(u - right, axis=1), np.linalg.norm(right, axis=1)
-            if max(energies) < ROUND_OFF * body.section.sizes.stiffness * most**2:
+            if max(energies) < ROUND_OFF * body.section.stiffness * most**2:
                 off[name] = 0.0
             # single nodes of flat bodies matter less
             elif Mesh(body).curved:

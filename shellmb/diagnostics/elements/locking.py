@@ -187,14 +187,14 @@ class Mesh:
         self.areas = np.linalg.norm(normal, axis=1)
         size = np.sqrt(self.areas)
         # h/t
-        self._slender = size / body.section.sizes.thickness
+        self._slender = size / body.section.thickness
         every = self._mean(size)
         # without stretching regular ones may lock, too
         if body.shell.stretching:
             size = size * _unlike_neighbours(domain, self.areas)
         self.distorted = self._mean(size) > REGULAR[domain.topology.cell_name()] * every
         # d h/t, with d over h
-        self._shape = size / body.section.sizes.thickness
+        self._shape = size / body.section.thickness
 
     def _mean(self, values: Floats) -> float:
         """Root of the mean square over the surface; collective."""

@@ -56,20 +56,20 @@ class StrainDamping:
             def over_time(densities: Sequence[Expr], on: Integrate = part.integrate) -> Form:
                 return on([density / along.dt for density in densities])
 
-            terms.append(path_terms(part.common, along.rows, tests, trial, over_time))
+            terms.append(path_terms(part, along.rows, tests, trial, over_time))
         return reduce(joined, terms)
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
         works = (
-            part.integrate([-density / along.dt for density in taken(part.common, along)])
+            part.integrate([-density / along.dt for density in taken(part, along)])
             for part in self.parts
         )
         return reduce(add, works)
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
-        works = (part.integrate(at_state(part.common, q, v, dq)) for part in self.parts)
+        works = (part.integrate(at_state(part, q, v, dq)) for part in self.parts)
         return reduce(add, works)
 
 

@@ -218,33 +218,22 @@ SLACK = 1e-5
 
 
 @dataclass(frozen=True)
-class Sizes:
-    """Numbers that say how large things are; means, where a section varies.
-
-    Args:
-        thickness: Thickness, m.
-        stiffness: Membrane stiffness, N/m.
-        mass: Mass per area, kg/m^2.
-    """
-
-    thickness: float
-    stiffness: float
-    mass: float
-
-
-@dataclass(frozen=True)
 class BoundSection:
     """A section on a mesh.
 
     Args:
         formulation: Mixed form of its strain energy.
         force: Size of the shear stiffness, scale of the director's multiplier, N/m.
-        sizes: How large things are.
+        thickness: Thickness, m; as stiffness and mass a mean, where the section varies.
+        stiffness: Membrane stiffness, N/m.
+        mass: Mass per area, kg/m^2.
     """
 
     formulation: LinearMixed | LinearOwn | NonlinearMixed
     force: fem.Constant
-    sizes: Sizes
+    thickness: float
+    stiffness: float
+    mass: float
 
 
 def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
@@ -298,25 +287,26 @@ def bind_section(
     if like is None:
         membrane, shear = (fields.largest(partial(_largest, name)) for name in ("A", "G"))
     else:
-        membrane, shear = like.sizes.stiffness, float(like.force.value)
+        membrane, shear = like.stiffness, float(like.force.value)
     N0, force = _constant(domain, membrane), _constant(domain, shear)
-    sizes = Sizes(fields.mean(lambda a: a.thickness), membrane, fields.mean(lambda a: a.mass[0]))
+    thickness = fields.mean(lambda a: a.thickness)
+    sizes = force, thickness, membrane, fields.mean(lambda a: a.mass[0])
     D, G = fields.of(lambda at: at.D), fields.of(lambda at: at.G)
     B = fields.of(lambda at: at.B) if couples(shell, section) else None
     if not has_own_strains(shell, domain):
         A_inv = fields.of(lambda at: np.linalg.inv(at.A))
         G_inv = fields.of(lambda at: np.linalg.inv(at.G))
-        return BoundSection(LinearMixed(D, A_inv, G_inv, N0, tying, B), force, sizes)
+        return BoundSection(LinearMixed(D, A_inv, G_inv, N0, tying, B), *sizes)
     a = _share(domain, fields.by_cell(lambda at: at.thickness))
     if section.relaxes or (B is not None and _damps_unlike(shell, section)):
-        psi, thickness = Quadratic(fields.of(lambda at: at.A), B, D, G), sizes.thickness
+        psi = Quadratic(fields.of(lambda at: at.A), B, D, G)
         mixed = NonlinearMixed(psi, N0, a, _constant(domain, thickness))
-        return BoundSection(mixed, force, sizes)
+        return BoundSection(mixed, *sizes)
     # what is constrained is stiff
     stiff = _constant(domain, shear / SLACK)
     A = fields.of(lambda at: at.A) if shell.stretching else stiff
     own = LinearOwn(A, D, G if shell.transverse_shear else stiff, N0, a, G, tying, B)
-    return BoundSection(own, force, sizes)
+    return BoundSection(own, *sizes)
 
 
 def _bind_energy(shell: Shell, domain: mesh.Mesh) -> BoundSection:
@@ -335,7 +325,7 @@ def _bind_energy(shell: Shell, domain: mesh.Mesh) -> BoundSection:
         thickness=_constant(domain, section.thickness),
         kinked=isinstance(section, Wrinkling),
     )
-    return BoundSection(nonlinear, N0, Sizes(section.thickness, section.stiffness, section.mass[0]))
+    return BoundSection(nonlinear, N0, section.thickness, section.stiffness, section.mass[0])
 
 
 def _largest(name: str, at: Layup) -> Floats:

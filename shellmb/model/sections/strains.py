@@ -10,7 +10,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure, at_middle, measure
-from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps import stress_work
 from shellmb.forms.steps.discrete import gradient, variation
@@ -97,7 +96,7 @@ Integrate = Callable[[Sequence[Expr]], Form]
 
 
 @dataclass(frozen=True)
-class SectionStrains(Elastic):
+class SectionStrains(MixedStrains, Elastic):
     """Strains with a section in mixed form: what all of them have in common.
 
     Args:
@@ -108,14 +107,7 @@ class SectionStrains(Elastic):
     """
 
     section: Any
-    layout: Layout
-    strain: Measure
     integrate: Integrate
-
-    @property
-    def common(self) -> MixedStrains:
-        """Strains with their section: what densities are made of."""
-        return MixedStrains(self.section, self.layout, self.strain)
 
     def energy(self, q: Expr) -> Form:
         """Energy of a state."""
@@ -127,12 +119,12 @@ class SectionStrains(Elastic):
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
-        return self.integrate(stress_work.interval_work(self.common, span, dq))
+        return self.integrate(stress_work.interval_work(self, span, dq))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
         e = self._bow_of(step)
-        return self.integrate(self.section.stored(e, self.section.forces(self.layout, held)))
+        return self.integrate(self.section.stored(e, self.forces(held)))
 
     def _bow_of(self, step: Step) -> Expr:
         return step.bow_of(self.strain)
@@ -140,7 +132,7 @@ class SectionStrains(Elastic):
     def mean(self, step: Step) -> Any:
         """Means of the strains and forces over a step that is quadratic in time."""
         e = moment_of(self.strain, step.rows.stresses[0].moment, step.states)
-        return e, self.section.forces(self.layout, step.path.end)
+        return e, self.forces(step.path.end)
 
 
 @dataclass(frozen=True)
@@ -151,11 +143,11 @@ class Strains(SectionStrains):
         """Virtual work with its derivatives; None where the states are no functions."""
         if sub.rows is None:
             return None
-        return path_terms(self.common, sub.rows, [dq], trial, self.integrate)
+        return path_terms(self, sub.rows, [dq], trial, self.integrate)
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        return path_terms(self.common, step.rows, tests, trial, self.integrate)
+        return path_terms(self, step.rows, tests, trial, self.integrate)
 
 
 @dataclass(frozen=True)
@@ -166,7 +158,7 @@ class SeparateRows(SectionStrains):
         """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
         stresses = [s.in_row(k) for s in step.rows.stresses]
         strains = [moment_of(self.strain, s.moment, step.states) for s in stresses]
-        found = _stress_work(self.common, step.states, stresses, strains, (dq,))
+        found = _stress_work(self, step.states, stresses, strains, (dq,))
         return self.integrate(found)
 
 
@@ -185,7 +177,7 @@ class GeneralStrains(SectionStrains):
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
         acting = partial(stress_work.exact_interval, self.weight)
-        return self.integrate(stress_work.interval_work(self.common, span, dq, acting))
+        return self.integrate(stress_work.interval_work(self, span, dq, acting))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord.
@@ -195,9 +187,7 @@ class GeneralStrains(SectionStrains):
         along = self._over(step.states)
 
         def row(k: int, dq: Expr, exact: bool) -> Form:
-            return self.integrate(
-                stress_work.general_work(self.common, along, step.path, k, dq, exact)
-            )
+            return self.integrate(stress_work.general_work(self, along, step.path, k, dq, exact))
 
         return two_rows(step, tests, trial, row)
 
@@ -210,7 +200,7 @@ class GeneralStrains(SectionStrains):
     def mean(self, step: Step) -> Any:
         """Means over a step."""
         e = self._over(step.states).mean
-        return e, self.section.forces(self.layout, step.path.end)
+        return e, self.forces(step.path.end)
 
 
 @dataclass(frozen=True)

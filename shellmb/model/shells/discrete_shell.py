@@ -96,8 +96,8 @@ class DiscreteShell(LoadedBody):
         self._loads, self.slowing = loads, slowing(shell.section, domain)
         self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
-        self.extent = "thickness", self.section.sizes.thickness
-        self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
+        self.extent = "thickness", self.section.thickness
+        self.slenderness = slenderness = self.section.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
             "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
@@ -113,30 +113,30 @@ class DiscreteShell(LoadedBody):
     @property
     def material(self) -> tuple[float, float]:
         """Young's modulus, or stiffness over thickness, and density."""
-        sizes = self.section.sizes
+        sizes = self.section
         E = getattr(self.shell.section, "E", None) or sizes.stiffness / sizes.thickness
         return E, sizes.mass / sizes.thickness
 
     @property
     def bending(self) -> tuple[float, float]:
         """Bending stiffness `D` and mass, per width."""
-        sizes = self.section.sizes
+        sizes = self.section
         return sizes.stiffness * sizes.thickness**2 / 12, sizes.mass
 
     @property
     def stretching(self) -> tuple[float, float]:
         """Largest stiffness in the surface and mass, per width."""
-        return self.section.sizes.stiffness, self.section.sizes.mass
+        return self.section.stiffness, self.section.mass
 
     def sizes_at(self, x: Floats) -> dict[str, Any]:
         """Thickness at positions."""
         section: Any = self.shell.section
         varies = section.layered and section.functions
-        return {"thickness": section.at(x).thickness if varies else self.section.sizes.thickness}
+        return {"thickness": section.at(x).thickness if varies else self.section.thickness}
 
     def natural_faces(self) -> list[Floats]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
-        X, half, parts = self.mixed.nodes("u").T, self.section.sizes.thickness / 2, []
+        X, half, parts = self.mixed.nodes("u").T, self.section.thickness / 2, []
         for name in ("membrane", "curvature"):
             given = getattr(self.shell.natural, name)
             who = f"natural strain of shell '{self.name}': {name}"
@@ -147,7 +147,7 @@ class DiscreteShell(LoadedBody):
     @cached_property
     def thickness(self) -> fem.Constant:
         """Length that makes curvatures comparable with strains, m."""
-        return fem.Constant(self.mixed.space.mesh, self.section.sizes.thickness)
+        return fem.Constant(self.mixed.space.mesh, self.section.thickness)
 
     def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""

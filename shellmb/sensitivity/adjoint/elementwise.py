@@ -86,7 +86,7 @@ def shells_beside(model: ShellModel, name: str) -> Iterator[tuple[float, Shell]]
         model: The shell.
         name: The parameter, which is a function of the position.
     """
-    size = DEGREES if name.endswith("angle") else APART * model.section.sizes.thickness
+    size = DEGREES if name.endswith("angle") else APART * model.section.thickness
     for offset, weight in FOURTH:
 
         def moved(value: Any, by: float = offset * size) -> Callable[[Any], Any]:
