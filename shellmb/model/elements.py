@@ -65,9 +65,9 @@ class BoundElement:
     @property
     def rest(self) -> float:
         """Change of the coordinate at which a spring's argument is zero."""
-        start, natural = self.coordinate.start, getattr(self.element, "length", None)
-        if not isinstance(self.element, Spring):
+        if not hasattr(self.element, "length"):
             return getattr(self.element, "rest", 0.0)
+        start, natural = self.coordinate.start, self.element.length
         return -start if self.law else 0.0 if natural is None else natural - start
 
     @property

@@ -21,7 +21,7 @@ from shellmb.model.locations import nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
 from shellmb.scene import EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
-from shellmb.scene.lookup import by_kind, said
+from shellmb.scene.lookup import by_kind, connected, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.units import parse_units
 from shellmb.scene.values.validate import as_names
@@ -287,8 +287,8 @@ def doubt_unjoined(scene: Scene, comm: MPI.Comm, meshes: Mapping[str, Any]) -> N
         for edge in _named(getattr(support, "at", None))
     }
     for a, b in combinations(shells, 2):
-        apart = _end(joined, a) != _end(joined, b) and _end(linked, a) == _end(linked, b)
-        if frozenset({a, b}) in pairs or apart:
+        joint, tied = ({sets.get(name, name) for name in (a, b)} for sets in (joined, linked))
+        if frozenset({a, b}) in pairs or len(joint) > len(tied):
             continue
         for one, other in ((a, b), (b, a)):
             found = next(_touching(one, shells[one], other, shells[other], at_edges, held), None)
@@ -346,9 +346,9 @@ def _touching(
     for edge, x in inside.items():
         if not along[edge] and not _near(x, b.nodes, close).all():
             continue
-        ends = [_end(at_edges, (other, f)) for f in along[edge]]
+        own, *ends = (at_edges.get(e, e) for e in ((one, edge), *((other, f) for f in along[edge])))
         supported = (one, edge) in held and any((other, f) in held for f in along[edge])
-        if not supported and _end(at_edges, (one, edge)) not in ends:
+        if not supported and own not in ends:
             yield edge, next(iter(along[edge]), None)
 
 
@@ -388,17 +388,14 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     Args:
         scene: The scene.
     """
-    edges: Sets = {}
-    joined: Sets = {}
-    linked: Sets = {}
     hinges = [j for j in scene.joints if j.along_edges]
     along: list[Any] = [*scene.joins, *hinges]
-    for item in along:
-        for mine in _named(item.at):
-            for theirs in _named(item.second_at):
-                _tie(edges, (item.first, mine), (item.second, theirs))
-    for join in scene.joins:
-        _tie(joined, join.first, join.second)
+    edges = [
+        ((item.first, mine), (item.second, theirs))
+        for item in along
+        for mine in _named(item.at)
+        for theirs in _named(item.second_at)
+    ]
     ends = [(join.first, join.second) for join in scene.joins]
     direct = [(glue.beam, glue.shell) for glue in scene.glues]
     direct += [(item.first, item.second) for item in scene.joints if item not in hinges]
@@ -407,10 +404,9 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     for contact in scene.contacts:
         touched = getattr(contact.obstacle, "shell", None) or contact.obstacle_body or GROUND
         direct += [(body.name, touched) for body in scene.bodies_of(contact)]
-    for first, second in (*ends, *direct, *((h.first, h.second) for h in hinges)):
-        if GROUND not in (first, second):
-            _tie(linked, first, second)
-    return edges, joined, linked, {frozenset(pair) for pair in direct}
+    linked = (*ends, *direct, *((h.first, h.second) for h in hinges))
+    pairs = [pair for pair in linked if GROUND not in pair]
+    return _sets(edges), _sets(ends), _sets(pairs), {frozenset(pair) for pair in direct}
 
 
 def _named(where: Any) -> Iterable[str]:
@@ -418,11 +414,6 @@ def _named(where: Any) -> Iterable[str]:
     return [n for n in as_names(where) if isinstance(n, str)] if where is not None else []
 
 
-def _tie(sets: Sets, a: Hashable, b: Hashable) -> None:
-    sets[_end(sets, a)] = _end(sets, b)
-
-
-def _end(sets: Sets, a: Hashable) -> Hashable:
-    while sets.setdefault(a, a) != a:
-        a = sets[a]
-    return a
+def _sets(pairs: Iterable[tuple[Any, Any]]) -> Sets:
+    """Of each thing that pairs connect the number of what is connected with it."""
+    return {one: k for k, some in enumerate(connected((), pairs)) for one in some}

@@ -7,9 +7,11 @@ from typing import Any
 
 from mpi4py import MPI  # before dolfinx
 
-from dolfinx import fem
+import numpy as np
+from dolfinx import fem, la
 from ufl import Form
 
+from shellmb.arrays import Floats
 from shellmb.errors import RunError, alike
 from shellmb.native.assembler import is_native
 from shellmb.native.programs.forms import Interpreted, summed
@@ -25,6 +27,14 @@ def compiled(form: Form) -> fem.Form:
             matter here.
     """
     return compile_all([form])[0]
+
+
+def assembled(form: Form) -> Floats:
+    """Vector of a form with a test function, a local array with its ghosts; collective."""
+    vector = fem.assemble_vector(compiled(form))
+    vector.scatter_reverse(la.InsertMode.add)
+    vector.scatter_forward()
+    return np.array(vector.array)
 
 
 def compile_all(forms: Sequence[Form]) -> list[fem.Form]:

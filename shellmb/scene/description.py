@@ -15,15 +15,8 @@ from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Potential
 from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import ANY, kinds_of, with_places
+from shellmb.scene.multibody import elements
 from shellmb.scene.multibody.couplings import Coupled, Relation
-from shellmb.scene.multibody.elements import (
-    Coordinate,
-    Driver,
-    Element,
-    JointElement,
-    Lock,
-    PointElement,
-)
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe, Reserve
@@ -67,10 +60,10 @@ class Description:
     beams: Several[Beam] = NONE
     rigid_bodies: Several[RigidBody] = NONE
     joints: Several[Joint] = NONE
-    drivers: Several[Driver] = NONE
-    force_elements: Several[Element] = NONE
+    drivers: Several[elements.Driver] = NONE
+    force_elements: Several[elements.Element] = NONE
     glues: Several[Glue] = NONE
-    locks: Several[Lock] = NONE
+    locks: Several[elements.Lock] = NONE
     assemble: bool = False
     start: Starts = "given"
     redundant: Literal["error", "drop"] = "error"
@@ -152,17 +145,17 @@ class Description:
         return [coupled for coupling in self.couplings for coupled in coupling.terms]
 
     @property
-    def point_elements(self) -> tuple[PointElement, ...]:
+    def point_elements(self) -> tuple[elements.PointElement, ...]:
         """The force elements between points."""
-        return tuple(e for e in self.force_elements if isinstance(e, PointElement))
+        return tuple(e for e in self.force_elements if isinstance(e, elements.PointElement))
 
     @property
-    def joint_elements(self) -> tuple[JointElement, ...]:
+    def joint_elements(self) -> tuple[elements.JointElement, ...]:
         """The force elements on coordinates of joints."""
-        return tuple(e for e in self.force_elements if isinstance(e, JointElement))
+        return tuple(e for e in self.force_elements if isinstance(e, elements.JointElement))
 
     @property
-    def acting_locks(self) -> tuple[Lock, ...]:
+    def acting_locks(self) -> tuple[elements.Lock, ...]:
         """The locks that an event switches, or of which a window begins before the scene's end."""
         end = self.t_end
         return tuple(
@@ -270,7 +263,7 @@ class Description:
         body = self.body(item.body, said(item), kinds_of(item))
         return (with_places(body, said(item)),)
 
-    def coordinates_of(self, item: Any) -> tuple[Coordinate, ...]:
+    def coordinates_of(self, item: Any) -> tuple[elements.Coordinate, ...]:
         """Coordinates of its joint on which a driver, lock or joint element acts.
 
         Raises:
@@ -278,8 +271,8 @@ class Description:
         """
         who = said(item)
         joint = self.joint(item.joint, who)
-        chosen: tuple[Coordinate, ...]
-        if isinstance(item, Driver):
+        chosen: tuple[elements.Coordinate, ...]
+        if isinstance(item, elements.Driver):
             chosen = item.coordinates
         elif item.coordinate is not None:
             chosen = (item.coordinate,)

@@ -66,8 +66,8 @@ def of_kind[T](table: Mapping[type, T], item: Any) -> T:
     return found
 
 
-def connected(names: Iterable[str], pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
-    """Groups of names that pairs connect.
+def connected[T](names: Iterable[T], pairs: Iterable[tuple[T, T]]) -> list[set[T]]:
+    """Groups of names, or of other things, that pairs connect.
 
     Args:
         names: Names that may be in no pair.

@@ -13,18 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.raw import (
-    HALVES,
-    Cell,
-    RawMesh,
-    boundary_facets,
-    cell_cross,
-    facets,
-    geometry_element,
-    nodes_of,
-    shape_functions,
-    vertex_count,
-)
+from shellmb.meshes import raw
 from shellmb.scene import Shell, Surface
 
 CORNERS = {
@@ -63,12 +52,12 @@ class Layout:
 
     plane: Floats
     cells: Ints
-    cell: Cell
+    cell: raw.Cell
     size: Floats
     parameters: Callable[[Floats], Floats]
 
 
-def square(mesh: tuple[int, int], cell: Cell, order: int, closed: bool) -> Layout:
+def square(mesh: tuple[int, int], cell: raw.Cell, order: int, closed: bool) -> Layout:
     """A regular grid on the unit square.
 
     Args:
@@ -89,7 +78,7 @@ def square(mesh: tuple[int, int], cell: Cell, order: int, closed: bool) -> Layou
     return Layout(plane[:keep], _cells(number, cell, order), cell, size, lambda w: w)
 
 
-def polar(mesh: tuple[int, int], cell: Cell, order: int, sweep: float) -> Layout:
+def polar(mesh: tuple[int, int], cell: raw.Cell, order: int, sweep: float) -> Layout:
     """Blocks around a pole: a central quadrilateral and two outer ones for each quarter turn.
 
     Args:
@@ -120,7 +109,7 @@ def polar(mesh: tuple[int, int], cell: Cell, order: int, sweep: float) -> Layout
     return Layout(plane, cells, cell, _shortest(plane, cells, cell), parameters)
 
 
-def _globe(mesh: tuple[int, int], cell: Cell, order: int) -> Layout:
+def _globe(mesh: tuple[int, int], cell: raw.Cell, order: int) -> Layout:
     """Blocks around two poles that share a rim: distances from the first pole go from 0 to 2.
 
     Args:
@@ -184,7 +173,7 @@ def _merged(grids: list[Floats]) -> tuple[Floats, list[Ints]]:
     return every[first], [p.reshape(g.shape[:2]) for p, g in zip(parts, grids, strict=True)]
 
 
-def _cells(number: NDArray[np.integer], cell: Cell, order: int) -> Ints:
+def _cells(number: NDArray[np.integer], cell: raw.Cell, order: int) -> Ints:
     """Cells of a grid of nodes, in the order of DOLFINx.
 
     Triangles halve the quadrilaterals so that the pattern is symmetric about both middle lines
@@ -192,22 +181,22 @@ def _cells(number: NDArray[np.integer], cell: Cell, order: int) -> Ints:
     """
     rows, columns = ((k - 1) // order for k in number.shape)
     i, j = np.indices((rows, columns)).reshape(2, -1, 1)
-    nodes = np.rint(order * np.asarray(geometry_element("quad", order).points)).astype(int)
+    nodes = np.rint(order * np.asarray(raw.geometry_element("quad", order).points)).astype(int)
     quads = number[order * i + nodes[:, 0], order * j + nodes[:, 1]].astype(np.int64)
     if cell == "quad":
         return quads
     rising = ((2 * i + 1 <= rows) == (2 * j + 1 <= columns))[:, 0]
     place = {(a, b): k for k, (a, b) in enumerate(nodes.tolist())}
     parts = []
-    for some, pattern in ((rising, HALVES[0]), (~rising, HALVES[1])):
-        for each in np.rint(order * nodes_of(pattern, "tri", order)).astype(int).tolist():
+    for some, pattern in ((rising, raw.HALVES[0]), (~rising, raw.HALVES[1])):
+        for each in np.rint(order * raw.nodes_of(pattern, "tri", order)).astype(int).tolist():
             parts.append(quads[some][:, [place[a, b] for a, b in each]])
     return np.concatenate(parts)
 
 
-def _shortest(plane: Floats, cells: Ints, cell: Cell) -> Floats:
+def _shortest(plane: Floats, cells: Ints, cell: raw.Cell) -> Floats:
     """Length of the shortest facet at each vertex, infinite at other nodes, shape (n, 2)."""
-    pairs = facets(cells, cell).reshape(-1, 2)
+    pairs = raw.facets(cells, cell).reshape(-1, 2)
     length = np.linalg.norm(plane[pairs[:, 0]] - plane[pairs[:, 1]], axis=1)
     size = np.full(len(plane), np.inf)
     for column in (0, 1):
@@ -227,29 +216,29 @@ def distorted(layout: Layout, fraction: float) -> Floats:
     """
     if fraction == 0:
         return layout.plane
-    corners = layout.cells[:, : vertex_count(layout.cell)]
+    corners = layout.cells[:, : raw.vertex_count(layout.cell)]
     moved = np.zeros(len(layout.plane), dtype=bool)
     moved[np.unique(corners)] = True
-    moved[boundary_facets(layout.cells, layout.cell)[0]] = False
+    moved[raw.boundary_facets(layout.cells, layout.cell)[0]] = False
     k = np.arange(int(moved.sum()))
     angle = np.pi * (3 - np.sqrt(5)) * k
     shift = np.zeros_like(layout.plane)
     pattern = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     shift[moved] = fraction * layout.size[moved] * pattern
     order = 1 if corners.shape == layout.cells.shape else 2
-    points = np.asarray(geometry_element(layout.cell, order).points)
-    shift[layout.cells] = shape_functions(layout.cell, 1, points) @ shift[corners]
+    points = np.asarray(raw.geometry_element(layout.cell, order).points)
+    shift[layout.cells] = raw.shape_functions(layout.cell, 1, points) @ shift[corners]
     return np.asarray(layout.plane + shift)
 
 
-def structured_mesh(shell: Shell) -> RawMesh:
+def structured_mesh(shell: Shell) -> raw.RawMesh:
     """Mesh the unit square and move the nodes by the surface's map.
 
     Args:
         shell: A shell whose surface has a map.
     """
     surface = shell.surface
-    cell: Cell = shell.cell or "quad"
+    cell: raw.Cell = shell.cell or "quad"
     order = shell.geometry_order or (1 if surface.flat else 2)
     if surface.pole and not surface.edges:
         layout = _globe(shell.mesh, cell, order)
@@ -259,14 +248,14 @@ def structured_mesh(shell: Shell) -> RawMesh:
         layout = square(shell.mesh, cell, order, surface.closed)
     xi, eta = layout.parameters(distorted(layout, shell.distortion)).T
     x = surface.position(xi, eta).T
-    corners = x[layout.cells[:, : vertex_count(cell)]]
+    corners = x[layout.cells[:, : raw.vertex_count(cell)]]
     normals = surface.normal(corners.mean(axis=1).T)
-    return RawMesh(
+    return raw.RawMesh(
         x=x,
         cells=layout.cells,
         cell=cell,
         order=order,
-        normals=cell_cross(corners) if normals is None else normals.T,
+        normals=raw.cell_cross(corners) if normals is None else normals.T,
         edges=_edges(layout, surface.edges or (), surface.pole),
         points={name: _corner(layout, surface, name) for name in surface.points or ()},
     )
@@ -295,7 +284,7 @@ def _edges(layout: Layout, names: tuple[str, ...], pole: bool) -> dict[str, Ints
     if pole:  # where every xi is as good as another
         on["left"] |= on["bottom"]
         on["right"] |= on["bottom"]
-    boundary, _ = boundary_facets(layout.cells, layout.cell)
+    boundary, _ = raw.boundary_facets(layout.cells, layout.cell)
     return {name: boundary[on[name][boundary].all(axis=1)] for name in names}
 
 

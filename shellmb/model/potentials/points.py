@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
 
 from shellmb.arrays import Floats, Ints
 from shellmb.model.frames.beam import BeamModel
@@ -16,7 +15,7 @@ from shellmb.model.locations.ends import End, EndGroup
 from shellmb.model.locations.nodes import FindEnd, shared_nodes, values_at
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.kernels import compiled
+from shellmb.native.kernels import assembled
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import as_names
@@ -166,9 +165,5 @@ def _measures(body: Any, on: Any, who: str) -> list[ufl.Measure] | None:
 def _shares(body: MeshedBody, measures: list[ufl.Measure], wanted: Ints) -> Floats:
     """Integrals of the functions of some nodes, which their first dofs name; collective."""
     space = body.mixed.subspaces["u"]
-    total = np.zeros(space.dofmap.index_map.size_local)
-    for measure in measures:
-        vector = fem.assemble_vector(compiled(ufl.TestFunction(space)[0] * measure))
-        vector.scatter_reverse(la.InsertMode.add)
-        total += vector.array.reshape(-1, 3)[: len(total), 0]
-    return values_at(body, wanted, total)[0]
+    total = sum(assembled(ufl.TestFunction(space)[0] * measure) for measure in measures)
+    return values_at(body, wanted, np.reshape(total, (-1, 3))[:, 0])[0]

@@ -17,7 +17,7 @@ from mpi4py import MPI
 import basix.ufl
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
@@ -33,7 +33,7 @@ from shellmb.model.multipliers import Constraints
 from shellmb.model.sections.strains import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
-from shellmb.native.kernels import compiled
+from shellmb.native.kernels import assembled, compiled
 from shellmb.scene import Scene
 from shellmb.scene.loads.contacts import EnclosedVolume
 from shellmb.scene.lookup import said
@@ -89,11 +89,9 @@ class ReferenceCones:
         test, surf = ufl.TestFunction(space), self._shell.surface
         work = ufl.dot(ufl.cross(surf.e1, surf.e2), test)
         form = (forms.slope(self._patch, forms.patch(test, surf)) - work) * self.rule
-        vector = fem.assemble_vector(compiled(form))
-        vector.scatter_reverse(la.InsertMode.add)
         count = space.dofmap.index_map.size_local
         X = space.tabulate_dof_coordinates()[:count]
-        return X, np.asarray(vector.array.reshape(-1, 3)[:count])
+        return X, assembled(form).reshape(-1, 3)[:count]
 
 
 def sides_of(

@@ -18,7 +18,7 @@ import basix.ufl
 import numpy as np
 import ufl
 from basix import CellType
-from dolfinx import fem, la, mesh
+from dolfinx import fem, mesh
 from ufl import Form
 from ufl.core.expr import Expr
 
@@ -32,7 +32,7 @@ from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.tying import cell_squares, coordinate_element, shell_forces
 from shellmb.model.user_forms import resists_all, written
-from shellmb.native.kernels import compiled
+from shellmb.native.kernels import assembled
 from shellmb.scene import Hyperelastic, LinearSection, Shell, Wrinkling
 from shellmb.scene.shells.lamination import Layup
 
@@ -410,10 +410,7 @@ def mass_arm(mass: Mass, nodal: fem.FunctionSpace, dx: ufl.Measure) -> Arm:
         return Arm(mass.s / mass.I, np.asarray(mass.s.value / mass.I.value).reshape(1))
     test, moments = ufl.TestFunction(nodal)[0], []
     for moment in mass[1:3]:
-        vector = fem.assemble_vector(compiled(moment * test * dx))
-        vector.scatter_reverse(la.InsertMode.add)
-        vector.scatter_forward()
-        moments.append(vector.array.reshape(-1, 3)[:, :1].copy())
+        moments.append(assembled(moment * test * dx).reshape(-1, 3)[:, :1])
     arm = fem.Function(nodal)
     arm.x.array[:] = np.repeat(moments[0] / moments[1], 3)
     return Arm(arm[0], moments[0] / moments[1])

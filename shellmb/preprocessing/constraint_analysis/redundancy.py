@@ -19,13 +19,7 @@ from shellmb.model.body import FixedDofs
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Unknowns
-from shellmb.preprocessing.constraint_analysis.rows import (
-    Row,
-    connected,
-    inner_rows,
-    local_rows,
-    looped,
-)
+from shellmb.preprocessing.constraint_analysis import rows as tied
 from shellmb.scene.lookup import listed
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
@@ -54,7 +48,7 @@ class Redundant:
         apart: Its part that is no combination of theirs.
     """
 
-    row: Row
+    row: tied.Row
     with_: tuple[str, ...]
     contradicts: bool
     apart: float
@@ -124,9 +118,9 @@ def _all_dependent(
         bound: Part of a constraint outside of those before it that counts as none.
     """
     given = unknowns.given(times, RATE_STEP * model.scene.dt)
-    rows = local_rows(model, unknowns, given, at)
+    rows = tied.local_rows(model, unknowns, given, at)
     everywhere = model.comm.allgather(np.unique(_columns(rows)))
-    inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)), at)
+    inner = tied.inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)), at)
     everywhere = model.comm.allgather(np.unique(_columns([*inner, *rows])))
     columns = np.unique(np.concatenate(everywhere))
     sizes = unknowns.sizes(columns)
@@ -135,21 +129,21 @@ def _all_dependent(
     if gathered is not None:
         every = [row for part in gathered for row in part[0]]
         every += sorted((row for part in gathered for row in part[1]), key=_order(model))
-        parts = connected(looped(every, columns, sizes), columns)
+        parts = tied.connected(tied.looped(every, columns, sizes), columns)
         found = [item for part in parts for item in _dependent(part, columns, sizes, bound)]
     return model.comm.bcast(found) or []
 
 
-def _columns(rows: list[Row]) -> Ints:
+def _columns(rows: list[tied.Row]) -> Ints:
     return np.concatenate([np.zeros(0, dtype=np.int64), *(row.columns for row in rows)])
 
 
-def _order(model: Model) -> Callable[[Row], tuple[int, int, str, int, int]]:
+def _order(model: Model) -> Callable[[tied.Row], tuple[int, int, str, int, int]]:
     """Key that sorts constraints: inside bodies, of joints, of their coordinates, as in a scene."""
     joints = {name: k for k, name in enumerate(model.mechanism.joints)}
     mechanism = {body.name for body in model.mechanism.bodies}
 
-    def key(row: Row) -> tuple[int, int, str, int, int]:
+    def key(row: tied.Row) -> tuple[int, int, str, int, int]:
         kind = 0 if row.body not in mechanism else 1 if row.owner in joints else 2
         # what drives, locks or pitches a joint has its name before the last dot
         joint = row.owner if kind < 2 else row.owner.rpartition(".")[0]
@@ -159,7 +153,7 @@ def _order(model: Model) -> Callable[[Row], tuple[int, int, str, int, int]]:
 
 
 def _dependent(
-    rows: list[Row], known: Ints, sizes: Floats, bound: float = DEPENDENT
+    rows: list[tied.Row], known: Ints, sizes: Floats, bound: float = DEPENDENT
 ) -> list[Redundant]:
     """Find which rows are combinations of those before; `sizes` of all `known` columns.
 
@@ -255,7 +249,7 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
         )
 
 
-def _beyond_a_corner(rows: list[Row]) -> bool:
+def _beyond_a_corner(rows: list[tied.Row]) -> bool:
     """Decide whether rows of a hinge hold neighbouring nodes, and not single ones at its ends."""
     counts = Counter(row.item for row in rows)
     whole = [item for item, count in counts.items() if count == 3]

@@ -15,24 +15,16 @@ from petsc4py import PETSc
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
-from ufl import Form
+from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.model.body import Rates, TimeFunction
 from shellmb.model.reduced.data import ModalForces, ModalPoint
 from shellmb.native.derivatives import derivative
-from shellmb.native.kernels import compiled
+from shellmb.native.kernels import assembled
 from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.preprocessing.modal.tangent import Blocks
-from shellmb.scene.loads.loads import (
-    EdgeForce,
-    EdgeMoment,
-    Gravity,
-    LineForce,
-    LineMoment,
-    SurfaceForce,
-)
+from shellmb.scene import EdgeForce, EdgeMoment, Gravity, LineForce, LineMoment, SurfaceForce
 
 DEAD = (SurfaceForce, EdgeForce, LineForce, Gravity)
 MOMENTS = (EdgeMoment, LineMoment)
@@ -109,7 +101,7 @@ class SpreadLoads:
     def _directions(self, load: Any) -> Iterator[Dead]:
         """Directions in space that a load has independently."""
         isolated = self._isolated
-        forces = _assembled(isolated, load)(None)
+        forces = _acting(isolated, load)(None)
         parts = np.column_stack([isolated.moved(forces, i) for i in range(3)])
         sizes, directions = np.linalg.eigh([isolated.work(part, parts) for part in parts.T])
         for size, direction in zip(sizes, directions.T, strict=True):
@@ -120,7 +112,7 @@ class SpreadLoads:
         """List what turns with the body; of a moment each component along its axes."""
 
         def follower(item: Any, along: Floats | None) -> Follower:
-            return load.time, along, _assembled(self._isolated, item)
+            return load.time, along, _acting(self._isolated, item)
 
         if not isinstance(load, MOMENTS):
             yield follower(load, None)
@@ -183,7 +175,7 @@ class TermsAtRest:
         for t in self._times:
             for _, _, _, time in self._forms:
                 time.value = t
-            own = [self._isolated.of_body(name, _nodal(work)) for name, work, *_ in self._forms]
+            own = [self._isolated.of_body(name, assembled(work)) for name, work, *_ in self._forms]
             found.append(np.sum(own, axis=0))
         forces = [self._isolated.force(one) for one in found]
         gram = np.array([[one.dot(other) for one in forces] for other in forces])
@@ -211,7 +203,7 @@ class TermsAtRest:
         return largest
 
 
-def _assembled(isolated: IsolatedBody, load: Any) -> Work:
+def _acting(isolated: IsolatedBody, load: Any) -> Work:
     """Nodal forces of a load at rest, or their derivative along a field."""
     body = isolated.bodies[load.body]
     acting = body.loads_of([load])
@@ -222,19 +214,11 @@ def _assembled(isolated: IsolatedBody, load: Any) -> Work:
 
     def along(direction: Floats | None) -> Floats:
         if direction is None:
-            return isolated.of_body(load.body, _nodal(work))
+            return isolated.of_body(load.body, assembled(work))
         change.x.array[:] = direction[isolated.own[load.body]]
-        return isolated.of_body(load.body, _nodal(ufl.derivative(work, q, change)))
+        return isolated.of_body(load.body, assembled(ufl.derivative(work, q, change)))
 
     return along
-
-
-def _nodal(form: Form) -> Floats:
-    """Nodal forces of a virtual work; a local array, collective."""
-    vector = fem.assemble_vector(compiled(form))
-    vector.scatter_reverse(la.InsertMode.add)
-    vector.scatter_forward()
-    return np.array(vector.array)
 
 
 def _component(moment: Callable[[Any], Any], a: int, i: int, x: Any) -> Floats:

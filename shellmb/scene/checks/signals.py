@@ -4,15 +4,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from shellmb.errors import SceneError
+from shellmb.scene.control import signals
 from shellmb.scene.control.controllers import Law
-from shellmb.scene.control.signals import (
-    Acceleration,
-    Commanded,
-    Signal,
-    Switched,
-    inputs_of,
-    named_inputs,
-)
 from shellmb.scene.description import Description
 from shellmb.scene.schemes import SCHEMES
 from shellmb.scene.values.validate import Sentences, listed, show
@@ -37,24 +30,24 @@ _EFFORT = {"rotation": "torque", "translation": "force"}
 
 def check_inputs(scene: Description, _: Any) -> None:
     """Check that inputs stand where something takes them, and those of one name are equal."""
-    named_inputs(scene)
+    signals.named_inputs(scene)
 
 
 def motion_rules(scene: Description, item: Any) -> Sentences:
     """Refuse commands and inputs by which a support or a driver would jump."""
-    for one in inputs_of(item):
+    for one in signals.inputs_of(item):
         if not one.linear or one.default:
             yield (
                 f"{show(one)} prescribes a motion, which begins at 0 and cannot jump; it must be "
                 "linear=True with the default 0"
             )
     for name, value in item.given.items():
-        if isinstance(value, Signal) and not hasattr(item, "joint"):
+        if isinstance(value, signals.Signal) and not hasattr(item, "joint"):
             yield (
                 f"{show(value)} is no motion of a support; it must be a function of time, or the "
                 "body driven by a joint and its driver"
             )
-        elif isinstance(value, Signal) and not isinstance(value, Acceleration):
+        elif isinstance(value, signals.Signal) and not isinstance(value, signals.Acceleration):
             yield (
                 f"{name} is {show(value)}, which jumps, and a coordinate cannot; it must be "
                 "Acceleration(...), whose second derivative is commanded"
@@ -65,15 +58,15 @@ def signal_rules(scene: Description, item: Any) -> Sentences:
     """Refuse signals of controllers and events that are not there."""
     for name in ("time", "command", "rotation", "translation"):
         signal = getattr(item, name, None)
-        if name == "time" and isinstance(signal, Acceleration):
+        if name == "time" and isinstance(signal, signals.Acceleration):
             yield name, "it must be Command(...), as a load has no coordinate to accelerate"
-        if isinstance(signal, Switched):
+        if isinstance(signal, signals.Switched):
             yield from _event(scene, signal.event, name)
-        elif isinstance(signal, Commanded):
+        elif isinstance(signal, signals.Commanded):
             yield from _commanded(scene, signal, name)
 
 
-def _commanded(scene: Description, signal: Commanded, what: str) -> Sentences:
+def _commanded(scene: Description, signal: signals.Commanded, what: str) -> Sentences:
     known = {c.name: c.outputs for c in scene.controllers}
     who, outputs = f"controller '{signal.controller}'", known.get(signal.controller)
     if outputs is None:
