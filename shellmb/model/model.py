@@ -64,6 +64,7 @@ class Model:
         beams: The beams by name.
         meshed: Both.
         own: Bodies of the user's own with places, by name.
+        places: What has a mesh: these all, by name.
         rigid: The rigid bodies, and ground; None without any.
         mechanism: Joints, and what drives and resists them.
         length: Characteristic length of the scene, m.
@@ -117,7 +118,7 @@ class Model:
         doubt_natural(comm, scene.t_end, self.meshed)
 
         own, self.own = build_own_bodies(scene, comm)
-        places: dict[str, Any] = {**self.meshed, **self.own}
+        self.places: dict[str, Any] = {**self.meshed, **self.own}
         self.length = self._length() if length is None else length
         self.force = self._force() if force is None else force
         scale = Scale(comm, self.force, self.length)
@@ -134,12 +135,12 @@ class Model:
         prescribed = Prescribed(aliases([*self.meshed.values()], comm), times, scene.linear)
         for support in scene.supports:
             for body in scene.bodies_of(support):
-                SupportRows(support, places[body.name], body, prescribed, dynamic)
+                SupportRows(support, self.places[body.name], body, prescribed, dynamic)
         prescribed.settle()
         self.planes = prescribed.planes
         refuse_idle_loads(scene, self.meshed, prescribed)
         frames = {} if self.rigid is None else self.rigid.ends()
-        find = partial(place_on, scene, places, frames)
+        find = partial(place_on, scene, self.places, frames)
         self.bodies += [*self.planes, *hold_glued(scene, glued, prescribed)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
         self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
@@ -157,7 +158,7 @@ class Model:
         self.bodies += [body for volume in self.volumes for body in (volume, *volume.surfaces)]
 
         resolve_links(self.bodies, comm)
-        sanity_checks.check_probes(scene, places)
+        sanity_checks.check_probes(scene, self.places)
         sanity_checks.doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
         self.faces = faces_contacts(points_of, self.shells, self.length)
 
@@ -178,8 +179,7 @@ class Model:
     @cached_property
     def farthest(self) -> float:
         """Largest coordinate of reference points, m, of which all places have the round-off."""
-        every = (*self.meshed.values(), *self.own.values())
-        meshes = [body.domain.mesh.geometry.x for body in every]
+        meshes = [body.domain.mesh.geometry.x for body in self.places.values()]
         here = max(float(np.abs(x).max(initial=0.0)) for x in (self._points, *meshes))
         return float(self.comm.allreduce(here, op=MPI.MAX))
 
@@ -193,11 +193,10 @@ class Model:
             The body of the system, the nodes' numbers among its nodes (owned and ghost), reference
             positions (n, 3) and directors (n, m, 3).
         """
-        meshed: dict[str, Any] = {**self.meshed, **self.own}
-        body: Any = meshed.get(name, self.rigid)
+        body: Any = self.places.get(name, self.rigid)
         X, D = body.node_positions(), body.node_directors()
         here = np.arange(len(X))
-        if name not in meshed:
+        if name not in self.places:
             here = np.flatnonzero(body.node_mesh.item == body.index[name])
         return body, here, X[here], D[here]
 
@@ -228,7 +227,7 @@ class Model:
         """Number of elements."""
         return sum(
             m.domain.mesh.topology.index_map(m.domain.mesh.topology.dim).size_global
-            for m in (*self.meshed.values(), *self.own.values())
+            for m in self.places.values()
         )
 
     @property
@@ -284,7 +283,7 @@ class Model:
         Where all are at one point, the largest radius of gyration.
         """
         box = float(np.linalg.norm(np.ptp(self._points, axis=0))) if len(self._points) else 0.0
-        meshes = (*self.meshed.values(), *self.own.values(), *self.rigid_meshes.values())
+        meshes = (*self.places.values(), *self.rigid_meshes.values())
         sizes = [*(m.domain.length for m in meshes), *(data.length for data in self.modal)]
         # of bodies that are all at one point, their radii of gyration
         turns = [

@@ -20,7 +20,7 @@ from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import by_kind, of_kind, said
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.values.user_functions import numbers_at
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import as_names, show
 
 # part of a unit vector below which a direction counts as held
 NOTHING = 1e-9
@@ -96,7 +96,7 @@ Values = Callable[[float], Floats]
 
 
 class SupportRows:
-    """Collects the equations of one support on one body, where it is made.
+    """Equations of one support on one body, which it adds to all where it is made.
 
     Args:
         support: The support.
@@ -117,41 +117,13 @@ class SupportRows:
         where = support.at
         label = said(support)
         self._who = f"{label} {show(where)}" if "edge" in label else f"{label} at {show(where)}"
-        of_kind(_EQUATIONS, support)(self, support)
+        prescribed.rows += of_kind(_EQUATIONS, support)(self, support)
 
-    def _clamped(self, support: scene_supports.Clamped) -> None:
-        self._hold(support.at, "u")
-        self._hold(support.at, "w")
-
-    def _hinged(self, support: scene_supports.Hinged) -> None:
-        if not self._at_offset(support, np.eye(3)):
-            self._hold(support.at, "u")
-
-    def _soft(self, support: scene_supports.SoftSupport) -> None:
-        if not self._at_offset(support, [support.axis]):
-            self._plane(support.at, "u", support.axis)
-
-    def _diaphragm(self, support: scene_supports.Diaphragm) -> None:
-        for direction in frame_about(support.axis)[:2]:
-            self._plane(support.at, "u", direction)
-
-    def _hard(self, support: scene_supports.HardSupport) -> None:
-        self._plane(support.at, "u", support.axis)
-        self._along_edge(support.at)
-
-    def _symmetric(self, support: scene_supports.SymmetryPlane) -> None:
-        self._plane(support.at, "u", support.normal)
-        self._crosses(support)
-        self._plane(support.at, "w", support.normal)
-
-    def _fixed(self, support: scene_supports.Fixed) -> None:
-        self._components(support.at, "u", support.displacement)
-        self._components(support.at, "w", support.director)
-
-    def _at_offset(self, support: Any, directions: Any) -> bool:
+    def at_offset(self, directions: Any, otherwise: list[Rows]) -> list[Rows]:
         """Hold the ends of arms, if there are any: in motion their directors need inertia."""
+        support: Any = self._support
         if not np.any(support.offset):
-            return False
+            return otherwise
         body, nodes = self._body, self._nodes(support.at)
         if self._dynamic and "lam" not in body.jump_parts:
             raise SceneError(
@@ -179,10 +151,10 @@ class SupportRows:
                 np.tile(arms, (count, 1)),
             )
         )
-        return True
+        return []
 
-    def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
-        """A director along the normal of its plane cannot stay in it."""
+    def symmetric(self, support: scene_supports.SymmetryPlane) -> list[Rows]:
+        """Displacement and director stay in a plane; a director along its normal cannot."""
         body = self._body
         normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
         shared = self._nodes(support.at)
@@ -194,49 +166,54 @@ class SupportRows:
                 f"shell '{body.name}' itself, as it is at {at}: a shell crosses its planes of "
                 "symmetry"
             )
+        return self.across("u", normal) + self.across("w", normal)
 
     def _nodes(self, where: Place) -> Nodes:
         return shared_nodes(self._body, where, said(self._support))
 
-    def _add(self, nodes: Nodes, part: str, normals: Floats, *value: Any, each: int = 1) -> None:
-        """Add `each` rows for every node, those of a node one after the other."""
-        if self._body.mixed.parts[part][1]:
-            of = self._who, self._body, self._described, part
-            which = np.repeat(np.arange(len(nodes.x)), each)
-            self._prescribed.rows.append(Rows(*of, nodes.take(which), normals, *value))
+    def _of(
+        self, nodes: Nodes, part: str, normals: Floats, *value: Any, each: int = 1
+    ) -> list[Rows]:
+        """Equations for `each` rows of every node, those of a node one after the other."""
+        if not self._body.mixed.parts[part][1]:
+            return []
+        of = self._who, self._body, self._described, part
+        which = np.repeat(np.arange(len(nodes.x)), each)
+        return [Rows(*of, nodes.take(which), normals, *value)]
 
-    def _hold(self, where: Place, part: str, *value: Any) -> None:
+    def hold(self, part: str, *value: Any) -> list[Rows]:
         """All components, of a beam of all its directors; with values over time and their turn."""
-        nodes, size = self._nodes(where), self._body.mixed.parts[part][1]
-        normals = np.tile(np.eye(size), (len(nodes.x), 1))
-        self._add(nodes, part, normals, *value, each=size)
+        nodes, size = self._nodes(self._support.at), self._body.mixed.parts[part][1]
+        return self._of(nodes, part, np.tile(np.eye(size), (len(nodes.x), 1)), *value, each=size)
 
-    def _plane(self, where: Place, part: str, normal: Any) -> None:
-        nodes, direction = self._nodes(where), np.asarray(normal, dtype=float)
+    def across(self, part: str, normal: Any, *value: Any) -> list[Rows]:
+        """Components along a normal; with values over time."""
+        nodes, direction = self._nodes(self._support.at), np.asarray(normal, dtype=float)
         direction = direction / np.linalg.norm(direction)
-        self._add(nodes, part, np.tile(direction, (len(nodes.x), 1)))
+        return self._of(nodes, part, np.tile(direction, (len(nodes.x), 1)), *value)
 
-    def _along_edge(self, edge: str | tuple[str, ...]) -> None:
+    def along_edge(self) -> list[Rows]:
         """The director does not lean along the edge."""
         body: Any = self._body
         who = said(self._support)
         if self._described.directors != 1:
             raise SceneError(f"{who}: '{body.name}' is no shell; it must be one")
-        for name in (edge,) if isinstance(edge, str) else edge:
-            nodes = self._nodes(name)
-            self._add(nodes, "w", edge_tangents(body, name, nodes.x, who))
+        edges = [(name, self._nodes(name)) for name in as_names(self._support.at)]
+        tangents = [(nodes, edge_tangents(body, name, nodes.x, who)) for name, nodes in edges]
+        return [row for nodes, along in tangents for row in self._of(nodes, "w", along)]
 
-    def _components(self, where: Place, part: str, components: tuple[Any, ...]) -> None:
-        for axis, component in enumerate(components):
-            if component is None:
-                continue
-            nodes = self._nodes(where)
-            who = f"{said(self._support)} of '{self._body.name}': prescribed value"
-            given = callable(component) or component
-            value = _uniform(component, len(nodes.x), who) if given else None
-            self._add(nodes, part, np.tile(np.eye(3)[axis], (len(nodes.x), 1)), value)
+    def components(self, part: str, components: tuple[Any, ...]) -> list[Rows]:
+        """Single components, as numbers or over time."""
+        who = f"{said(self._support)} of '{self._body.name}': prescribed value"
+        count, found = len(self._nodes(self._support.at).x), list[Rows]()
+        for axis, component in zip(np.eye(3), components, strict=True):
+            if component is not None:
+                given = callable(component) or component
+                found += self.across(part, axis, _uniform(component, count, who) if given else None)
+        return found
 
-    def _drive(self, support: scene_supports.Driven) -> None:
+    def driven(self, support: scene_supports.Driven) -> list[Rows]:
+        """All of an edge, moved as by a rigid motion."""
         nodes = self._nodes(support.at)
         origin = np.asarray(support.about, dtype=float)
         who = f"the support Driven({support.at!r}) of '{self._body.name}'"
@@ -248,19 +225,23 @@ class SupportRows:
             return np.asarray(turned(nodes.x - origin, t) + shift).ravel()
 
         turn = PrescribedTurn(who, rotation, unknown=False) if support.rotation else None
-        self._hold(support.at, "u", displacement, turn)
-        self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
+        directors = self.hold("w", lambda t: turned(nodes.director, t).ravel())
+        return self.hold("u", displacement, turn) + directors
 
 
-_EQUATIONS: dict[type, Callable[[SupportRows, Any], None]] = {
-    scene_supports.Clamped: SupportRows._clamped,
-    scene_supports.Hinged: SupportRows._hinged,
-    scene_supports.SoftSupport: SupportRows._soft,
-    scene_supports.Diaphragm: SupportRows._diaphragm,
-    scene_supports.HardSupport: SupportRows._hard,
-    scene_supports.SymmetryPlane: SupportRows._symmetric,
-    scene_supports.Fixed: SupportRows._fixed,
-    scene_supports.Driven: SupportRows._drive,
+_EQUATIONS: dict[type, Callable[[SupportRows, Any], list[Rows]]] = {
+    scene_supports.Clamped: lambda of, s: of.hold("u") + of.hold("w"),
+    scene_supports.Hinged: lambda of, s: of.at_offset(np.eye(3), of.hold("u")),
+    scene_supports.SoftSupport: lambda of, s: of.at_offset([s.axis], of.across("u", s.axis)),
+    scene_supports.Diaphragm: lambda of, s: [
+        row for normal in frame_about(s.axis)[:2] for row in of.across("u", normal)
+    ],
+    scene_supports.HardSupport: lambda of, s: of.across("u", s.axis) + of.along_edge(),
+    scene_supports.SymmetryPlane: SupportRows.symmetric,
+    scene_supports.Fixed: lambda of, s: (
+        of.components("u", s.displacement) + of.components("w", s.director)
+    ),
+    scene_supports.Driven: SupportRows.driven,
 }
 
 

@@ -126,19 +126,15 @@ class _Reduction:
             for (body, place), taken in self._taken.items():
                 if body != name or not mine & taken:
                     continue
-                if (body, place) not in self._found:
-                    raise SceneError(
-                        f"{who}: {said(self._scene.body(name))} is reduced to modes, and "
-                        f"{show(node)} shares nodes with {show(place)}, which supports hold: "
-                        "attach elsewhere, or the model must be 'exact'"
-                    )
-                if mine <= taken:
+                if mine <= taken and (body, place) in self._found:
                     return self._found[body, place]
+                why = "which supports hold: attach elsewhere"
+                if (body, place) in self._found:
+                    why = "where something is attached, too; both move as one rigid frame"
+                    why += ": attach to one of them"
                 raise SceneError(
-                    f"{who}: {said(self._scene.body(name))} is reduced to modes, and "
-                    f"{show(node)} shares nodes with {show(place)}, where something is "
-                    "attached, too; both move as one rigid frame: attach to one of them, or "
-                    "the model must be 'exact'"
+                    f"{who}: {said(self._scene.body(name))} is reduced to modes, and {show(node)} "
+                    f"shares nodes with {show(place)}, {why}, or the model must be 'exact'"
                 )
             self._taken[name, node] = mine
             # of a beam's node its own directors: what follows it has components along these
