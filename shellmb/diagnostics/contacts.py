@@ -306,7 +306,7 @@ class _Nodes(NamedTuple):
         """By how much lines are deeper than the nodes, part of the obstacle's depth; collective."""
         group, segments = self.group, self.segments
         q = simulation.problem.levels[group.name].q.x.array
-        x = group.everywhere(group.seen_positions(q))
+        x = gathered(group.nodes, group.seen_positions(q))
         depth = group.penetrations(x)[segments].max(axis=1)
         a, b = x[segments[:, 0]], x[segments[:, 1]]
         near = depth > -np.linalg.norm(b - a, axis=1)

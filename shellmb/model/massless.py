@@ -171,6 +171,10 @@ class NodeGroup(Body):
         """Places of the items and their vectors at a state."""
         return [place.place(q, self.layout) for place in self._at]
 
+    def place(self, q: Expr) -> Place:
+        """The first of these places."""
+        return self.places(q)[0]
+
     def per_item(self, values: Any, name: str) -> fem.Function:
         """A function with values of its own at each item, shape (n, ...)."""
         rows = np.array(values, dtype=float)

@@ -249,7 +249,7 @@ class PointMasses(NodeGroup, MassiveBody):
 
     def position(self, q: Expr) -> Expr:
         """Positions of the masses, m."""
-        return self.places(q)[0].x
+        return self.place(q).x
 
     def velocity(self, v: Expr) -> Expr:
         """Velocities of the masses: the position is linear in the state."""

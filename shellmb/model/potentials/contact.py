@@ -22,7 +22,7 @@ from shellmb.meshes.nodes import node_mesh
 from shellmb.model.body import Elastic, LoadFactors, Rates
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.massless import NodeGroup, Scale, gathered
+from shellmb.model.massless import NodeGroup, Scale
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import ActingPoints, Points
 from shellmb.model.sections.strains import FAR, DistanceEnergy, ExactEnergy
@@ -87,10 +87,6 @@ class PotentialGroup(NodeGroup):
         """Names of all bodies that it acts on."""
         return {self.owner} | (set() if self.seen is None else {self.seen.ends[0].owner})
 
-    def place(self, q: Expr) -> Place:
-        """The points and their directors at a state."""
-        return self.places(q)[0]
-
     def measure(self, q: Expr) -> Expr:
         """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
         raise NotImplementedError
@@ -107,10 +103,6 @@ class PotentialGroup(NodeGroup):
     def elastic(self) -> tuple[Elastic, ...]:
         """The energy."""
         return (ExactEnergy(self.measure, self.potential, self.weight, self.dx),)
-
-    def everywhere(self, rows: Floats) -> Floats:
-        """Values of all points from those of the local ones, on every rank; collective."""
-        return gathered(self.nodes, rows)
 
     @cached_property
     def _seen_at(self) -> Callable[[Floats], Floats]:

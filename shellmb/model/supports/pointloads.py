@@ -61,10 +61,6 @@ class PointLoads(NodeGroup):
         self._kind, _, given = of_kind(_WORK, loads[0])
         self.values = np.array([getattr(load, given) for load in loads], dtype=float)
 
-    def place(self, q: Expr) -> Place:
-        """The places at a state."""
-        return self.places(q)[0]
-
     def loads(self) -> LoadFactors | None:
         """The loads with factors of their own."""
         return node_loads(self.nodes, self.values, self.times, self._work)
