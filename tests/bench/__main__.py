@@ -200,7 +200,7 @@ def first(
     scene: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Bundled scene; may be repeated.")
     ] = None,
-    repeat: Annotated[int, typer.Option(min=1, help="Processes of each; the least counts.")] = 1,
+    repeat: Annotated[int, typer.Option(min=1, help="Processes of each; the least counts.")] = 2,
     docs: Annotated[
         bool, typer.Option("--docs", help="Write the table of docs/evidence/costs.md.")
     ] = False,
