@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -107,27 +108,25 @@ def write_modes(
         of = replace(accuracy, modes=True, loaded=chosen.loaded, count=count)
         found: Any = wanted.run(directory, comm, pictures, of, **more)
         return found
+    from shellmb.running.natural_modes.run import find_buckling, find_modes, write_found
+    from shellmb.running.rotating.files import find_campbell, find_state_modes
+
     scene, measure = wanted.scene, wanted.module.mode_results
-    how: dict[str, Any] = {"comm": comm, "pictures": pictures}
+    kind: type[ModeShapes | RotatingModes] = ModeShapes
     if chosen.buckling:
-        from shellmb.running.natural_modes.run import find_buckling
-
-        return ModeShapes(directory, find_buckling(scene, directory, count, **how))
-    if chosen.moving:
-        from shellmb.running.rotating.files import find_state_modes
-
-        return StateModes(directory, find_state_modes(scene, directory, count, chosen, **how))
-    how["results"] = measure
-    if chosen.rates is not None:
-        from shellmb.running.rotating.files import find_campbell
-
-        return RotatingModes(directory, find_campbell(scene, directory, count, chosen, **how))
-    from shellmb.running.natural_modes.run import find_modes
-
-    computed, summary = find_modes(scene, directory, count, chosen.loaded, **how)
+        find, measure = partial(find_buckling, count=count), None
+    elif chosen.moving:
+        find, measure = partial(find_state_modes, count=count, chosen=chosen), None
+        kind = StateModes
+    elif chosen.rates is not None:
+        find, kind = partial(find_campbell, count=count, chosen=chosen), RotatingModes
+    else:
+        find = partial(find_modes, count=count, loaded=chosen.loaded)
+    how: dict[str, Any] = {"results": measure, "comm": comm, "pictures": pictures}
+    computed, summary = write_found(find, scene, directory, **how)
     if scene.errors:
         from shellmb.accuracy.modes import mode_errors
 
         errors = mode_errors(scene, computed, summary["results"], chosen.loaded, measure)
         errors.write(summary, directory, comm)
-    return ModeShapes(directory, computed)
+    return kind(directory, computed)

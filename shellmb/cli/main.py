@@ -338,34 +338,31 @@ def plot(
     """
     if not first_rank():
         return
-    from shellmb.api.modeshapes import CAMPBELL, ModeShapes, RotatingModes
+    from shellmb.api.modeshapes import ModeShapes, RotatingModes
     from shellmb.api.record import Run
     from shellmb.api.runs import load
-    from shellmb.show.pictures import save
+    from shellmb.show.pictures import draw_directory, save
 
     run = load(directory)
     folder = out or directory
+    folder.mkdir(parents=True, exist_ok=True)
     if not isinstance(run, Run | ModeShapes | RotatingModes):
         run = run.run
     shown, look = _chosen(options)
     field, component, t = (shown[name] for name in SHOWN)
     if isinstance(run, Run) and field is None and t is None and animation is None:
-        for file in run.draw(out, curves, **look):
-            say(f"written: {file}")
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    if isinstance(run, RotatingModes):
-        from shellmb.show.campbell import draw_campbell
-
-        file = draw_campbell(directory / CAMPBELL, folder / "campbell.png")
+        made = run.draw(out, curves, **look)
+    elif isinstance(run, RotatingModes):
+        made = draw_directory(directory, out, curves=curves)
     elif isinstance(run, ModeShapes):
-        file = save(run.picture(), folder / "modes.png")
+        made = [save(run.picture(), folder / "modes.png")]
     else:
         picture = run.picture(**shown, **look)
-        file = save(picture, folder / f"{field or 'shape'}.png")
-    say(f"written: {file}")
-    if animation is not None and isinstance(run, Run):
-        say(f"written: {run.animate(animation, field, component, **look)}")
+        made = [save(picture, folder / f"{field or 'shape'}.png")]
+        if animation is not None:
+            made.append(run.animate(animation, field, component, **look))
+    for file in made:
+        say(f"written: {file}")
 
 
 @app.command()

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shellmb.arrays import Floats
-from shellmb.observers.drawing import STYLE, drawn, figure
+from shellmb.observers.drawing import STYLE, figure
 
 # lines of orders: 1P, 2P, ..., no more than these
 ORDERS = 8
@@ -59,14 +59,3 @@ def _orders(axes: mpl.axes.Axes, rates: Floats, found: Floats) -> None:
         axes.plot([0, last], [0, end], ":", color="0.6", lw=0.8, zorder=0)
         x, y = (last, end) if end <= top else (last * top / end, top)
         axes.annotate(f"{order}P", (x, y), color="0.4", fontsize=8, ha="left", va="center")
-
-
-def draw_campbell(table: Path, file: Path) -> Path:
-    """Draw the diagram into a file, on a stack of its own as all pictures (`pictures`).
-
-    Args:
-        table: The file `campbell.csv`.
-        file: The picture.
-    """
-    drawn(lambda: campbell_figure(table), file)
-    return file

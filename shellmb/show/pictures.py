@@ -92,8 +92,13 @@ def _draw(
     directory: Path, out: Path, budget: float | None, curves: str, appearance: Appearance | None
 ) -> list[Path]:
     begin = clock.perf_counter()
-    described = read_described(directory)
     out.mkdir(parents=True, exist_ok=True)
+    if (table := directory / "campbell.csv").is_file():
+        from shellmb.observers.drawing import save_figure
+        from shellmb.show.campbell import campbell_figure
+
+        return [save_figure(campbell_figure(table), out / f"campbell.{curves}")]
+    described = read_described(directory)
     file = directory / "summary.json"
     summary = read_json(file) if file.exists() else {}
     along = "mode" if "frequencies_hz" in summary else "t"

@@ -4,6 +4,8 @@ import re
 from dataclasses import replace
 from typing import Any
 
+from mpi4py import MPI
+
 import pytest
 
 import shellmb as sm
@@ -130,13 +132,13 @@ def test_natural_modes_tell() -> None:
     assert high[4] / 2 < said < 2 * high[4]
 
 
-def test_buckling_tells(tmp_path) -> None:
+def test_buckling_tells() -> None:
     """Sideways, of a cantilever under a force in its plane."""
     factors = []
     for cell, mesh in (("quad", (6, 1)), RESOLVED):
         force = sm.EdgeForce("right", (0.0, 1e-9, 0.0))
         scene = replace(strip(cell, mesh, plain(2e-2)), loads=force, probes=())
-        found = find_buckling(scene, tmp_path / cell / str(mesh[1]), 1, pictures=False)
+        found = find_buckling(scene, MPI.COMM_WORLD, 1).computed
         factors.append(found.factors[0])
         if mesh == (6, 1):
             (sentence,) = found.warnings

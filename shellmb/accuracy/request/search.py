@@ -3,8 +3,10 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from math import isfinite
+from typing import Any
 
 from mpi4py import MPI
 
@@ -21,7 +23,7 @@ from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped, of_first
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult
-from shellmb.running.natural_modes.run import find_modes
+from shellmb.running.natural_modes.run import find_modes, write_found
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
@@ -356,9 +358,9 @@ class ModeSearch(Search):
         measure, loaded, name = self.how.mode_results, wanted.loaded, self.quantity.name
         count = max(wanted.count, frequency_number(name) or 1)
         clock = time.process_time()
-        modes, summary = find_modes(
-            scene, place, count, loaded, results=measure, comm=comm, pictures=False
-        )
+        how: dict[str, Any] = {"results": measure, "comm": comm, "pictures": False}
+        find = partial(find_modes, count=count, loaded=loaded)
+        modes, summary = write_found(find, scene, place, **how)
         seconds = slowest(comm, time.process_time() - clock)
         errors = mode_errors(scene, modes, summary["results"], loaded, measure, wanted.body)
         found = errors.others | errors.results

@@ -1,13 +1,15 @@
-"""Modes of vibration and of linear buckling of a scene, with their files and pictures."""
+"""Modes of a scene with their files and pictures; those of vibration and of linear buckling."""
 
 import time as clock
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
+
+import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
@@ -24,139 +26,129 @@ from shellmb.observers.summary import versions, write_json
 from shellmb.running.directory import claimed, written
 from shellmb.running.memory import check_memory
 from shellmb.running.natural_modes.shapes import Shape, mode_shape, parts_of
-from shellmb.running.natural_modes.vibration import Modes, natural_modes
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.results import Results, add_results
 from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.buckling import linear_buckling
 from shellmb.stopping import STOPPING
 
+# columns of a table, in their order
+Columns = Mapping[str, Any]
 
-def find_modes(
+
+class Found(NamedTuple):
+    """Modes that were found, and what is written of them.
+
+    Args:
+        computed: The modes, which have `warnings`.
+        model: The model.
+        unknowns: Number of unknowns of the eigenproblem.
+        entries: Entries of the summary beside those that all modes have.
+        write: Writes the modes into a directory with their summary; collective.
+    """
+
+    computed: Any
+    model: Model
+    unknowns: int
+    entries: Mapping[str, Any]
+    write: Callable[[Path, dict[str, Any]], None]
+
+
+def write_found(
+    find: Callable[[Scene, MPI.Comm], Found],
     scene: Scene,
     out: Path | str,
-    count: int = 6,
-    loaded: bool = False,
     *,
     results: Results | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
-) -> tuple[Modes, dict[str, Any]]:
-    """Find natural modes and write `modes.csv`, `summary.json`, their shapes and `modes.png`.
+) -> tuple[Any, dict[str, Any]]:
+    """Find modes and write tables, `summary.json`, their shapes and pictures; collective.
 
     Args:
+        find: Finds them.
         scene: The scene.
-        out: Directory to write.
-        count: Number of modes, rigid-body modes included.
-        loaded: Whether about the static equilibrium under the scene's loads, with its damping.
+        out: Directory to write, of these modes alone.
         results: Gives the `results` of the summary.
         comm: Communicator.
-        pictures: Whether the modes are drawn.
+        pictures: Whether they are drawn.
 
     Returns:
         The modes and their summary.
 
     Raises:
         SceneError: If a body has no mass, or `out` is not empty or cannot be written.
-        ConvergenceError: If the static state or the modes do not converge.
+        ConvergenceError: If a state or the modes do not converge.
         RunError: If the function `results` raises, or the disk is full.
-    """
-    with modes_directory(scene, out, comm) as run:
-        modes = natural_modes(scene, comm, count, loaded)
-        summary = run.summary(modes.model, modes.unknowns) | {
-            "loaded": loaded,
-            "frequencies_hz": modes.frequencies,
-            "omega_rad_per_s": modes.omega,
-            "growth_per_s": modes.growth,
-            "rigid_modes": modes.rigid,
-            "warnings": modes.warnings,
-            "elements": modes.model.elements,
-        }
-        rows = zip(modes.frequencies, modes.omega, modes.growth, modes.growth <= 0, strict=True)
-        lines = [
-            f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(stable)}"
-            for k, (f, w, g, stable) in enumerate(rows, start=1)
-        ]
-        table = ["mode,frequency_hz,omega_rad_per_s,growth_per_s,stable", *lines]
-        write_shapes(run.directory, modes.model, modes.fields, table, summary)
-        run.draw(pictures)
-        add_results(summary, run.directory, results, modes, comm, "mode_results")
-    return modes, summary
-
-
-@dataclass(frozen=True)
-class ModesDirectory:
-    """A directory into which modes are written.
-
-    Args:
-        directory: The directory.
-        comm: Communicator.
-        begin: When it was begun, s.
-    """
-
-    directory: Path
-    comm: MPI.Comm
-    begin: float
-
-    def summary(self, model: Model, unknowns: int) -> dict[str, Any]:
-        """Entries of the summary of all modes.
-
-        Args:
-            model: The model.
-            unknowns: Number of unknowns of the eigenproblem.
-        """
-        return {
-            "scene": model.scene.name,
-            "unknowns": unknowns,
-            "ranks": self.comm.size,
-            "wall_s": clock.perf_counter() - self.begin,
-            "versions": versions(),
-            "results": {},
-        }
-
-    def draw(self, pictures: bool) -> None:
-        """Draw the modes, if pictures are wanted; collective."""
-        if pictures and self.comm.rank == 0:
-            from shellmb.show.pictures import draw_directory
-
-            draw_directory(self.directory)
-        arrive(self.comm)
-
-
-@contextmanager
-def modes_directory(scene: Scene, out: Path | str, comm: MPI.Comm) -> Iterator[ModesDirectory]:
-    """Context in which a directory is of the modes of a scene alone; collective.
-
-    Args:
-        scene: The scene.
-        out: The directory.
-        comm: Communicator.
-
-    Raises:
-        SceneError: If it is not empty or cannot be written.
-        RunError: If the disk is full.
     """
     directory, begin = Path(out), clock.perf_counter()
     with claimed(directory, comm, new=True), written(directory, comm):
         check_memory(scene, comm)
         STOPPING.renew()
-        yield ModesDirectory(directory, comm, begin)
+        found = find(scene, comm)
+        summary = {
+            "scene": scene.name,
+            "unknowns": found.unknowns,
+            "ranks": comm.size,
+            "wall_s": clock.perf_counter() - begin,
+            "versions": versions(),
+            "results": {},
+            "warnings": found.computed.warnings,
+            "elements": found.model.elements,
+            **found.entries,
+        }
+        found.write(directory, summary)
+        if pictures and comm.rank == 0:
+            from shellmb.show.pictures import draw_directory
+
+            draw_directory(directory)
+        arrive(comm)
+        add_results(summary, directory, results, found.computed, comm, "mode_results")
+    return found.computed, summary
+
+
+def find_modes(scene: Scene, comm: MPI.Comm, count: int = 6, loaded: bool = False) -> Found:
+    """Natural modes; arguments as of `natural_modes`."""
+    modes = natural_modes(scene, comm, count, loaded)
+    table = {
+        "mode": range(1, len(modes.omega) + 1),
+        "frequency_hz": modes.frequencies,
+        "omega_rad_per_s": modes.omega,
+        "growth_per_s": modes.growth,
+        "stable": np.asarray(modes.growth <= 0, dtype=int),
+    }
+    entries = {
+        "loaded": loaded,
+        "frequencies_hz": modes.frequencies,
+        "omega_rad_per_s": modes.omega,
+        "growth_per_s": modes.growth,
+        "rigid_modes": modes.rigid,
+    }
+    write = partial(write_shapes, modes.model, modes.fields, table)
+    return Found(modes, modes.model, modes.unknowns, entries, write)
+
+
+def csv(table: Columns) -> str:
+    """A table with a line for each row, numbers with all their digits."""
+    rows = zip(*(np.asarray(column).tolist() for column in table.values()), strict=True)
+    return "".join(",".join(map(str, row)) + "\n" for row in (tuple(table), *rows))
 
 
 def write_shapes(
-    directory: Path,
     model: Model,
     modes: Sequence[Mapping[str, Shape]],
-    table: Sequence[str],
+    table: Columns,
+    directory: Path,
     summary: dict[str, Any],
 ) -> None:
     """Write modes into a directory, which `show.modes` and `api.modeshapes` read; collective.
 
     Args:
-        directory: The directory.
         model: The model.
         modes: Fields of each mode by name, as shapes of `vibration.Modes`.
-        table: Lines of `modes.csv`.
+        table: Columns of `modes.csv`.
+        directory: The directory.
         summary: The summary.
     """
     drawn = drawn_bodies(model)
@@ -170,7 +162,7 @@ def write_shapes(
     if model.comm.rank != 0:
         return
     directory.mkdir(exist_ok=True)
-    write_text(directory / "modes.csv", "\n".join(table) + "\n")
+    write_text(directory / "modes.csv", csv(table))
     write_json(directory / SUMMARY, summary)
     describe(model.scene).write(directory)
     for body, part in drawn.items():
@@ -200,48 +192,31 @@ class BucklingModes:
 
 
 @petsc_in_words()
-def find_buckling(
-    scene: Scene,
-    out: Path | str,
-    count: int = 6,
-    *,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-    pictures: bool = True,
-) -> BucklingModes:
-    """Find load factors of linear buckling; write `modes.csv`, `summary.json`, shapes, `modes.png`.
+def find_buckling(scene: Scene, comm: MPI.Comm, count: int = 6) -> Found:
+    """Load factors of linear buckling.
 
     Args:
         scene: The scene.
-        out: Directory to write.
-        count: Number of load factors.
         comm: Communicator.
-        pictures: Whether the modes are drawn.
+        count: Number of load factors.
 
     Raises:
-        SceneError: If the scene has no load, or `out` is not empty or cannot be written.
+        SceneError: If the scene has no load.
         ConvergenceError: If there are fewer load factors.
-        RunError: If the disk is full.
     """
-    with modes_directory(scene, out, comm) as run:
-        found = linear_buckling(scene, comm, count)
-        shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
-        pairs = enumerate(zip(found.energies, found.vectors, strict=True), start=1)
-        modes = [Motion(k, energy, (parts_of(found.system, v),)) for k, (energy, v) in pairs]
+    found = linear_buckling(scene, comm, count)
+    model, system = found.model, found.system
+    shapes = [mode_shape(system, model, vector) for vector in found.vectors]
+    pairs = enumerate(zip(found.energies, found.vectors, strict=True), start=1)
+    modes = [Motion(k, energy, (parts_of(system, v),)) for k, (energy, v) in pairs]
 
-        def better(finer: Scene) -> Floats:
-            return linear_buckling(finer, comm, count).factors
+    def better(finer: Scene) -> Floats:
+        return linear_buckling(finer, comm, count).factors
 
-        model, size = found.model, found.system.size
-        warnings = wrinkled_modes(model, None, modes)
-        warnings += beside_better(model, modes, size, found.factors, better, "load factor")
-        summary = run.summary(found.model, found.system.size) | {
-            "load_factors": found.factors,
-            "negative_load_factor": found.negative,
-            "warnings": warnings,
-            "elements": found.model.elements,
-        }
-        rows = [f"{k},{float(f)!r}" for k, f in enumerate(found.factors, start=1)]
-        fields = [{"displacement": shape} for shape in shapes]
-        write_shapes(run.directory, found.model, fields, ["mode,load_factor", *rows], summary)
-        run.draw(pictures)
-    return BucklingModes(found.factors, found.negative, shapes, warnings)
+    warnings = wrinkled_modes(model, None, modes)
+    warnings += beside_better(model, modes, system.size, found.factors, better, "load factor")
+    entries = {"load_factors": found.factors, "negative_load_factor": found.negative}
+    table = {"mode": range(1, len(shapes) + 1), "load_factor": found.factors}
+    write = partial(write_shapes, model, [{"displacement": shape} for shape in shapes], table)
+    computed = BucklingModes(found.factors, found.negative, shapes, warnings)
+    return Found(computed, model, system.size, entries, write)
