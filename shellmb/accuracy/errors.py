@@ -9,7 +9,6 @@ error of the step; rigid bodies alone have none of the mesh.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.estimates import (
@@ -37,7 +36,7 @@ from shellmb.accuracy.family import (
 from shellmb.accuracy.run_record import RunRecord, damped, difference, keep
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive
-from shellmb.running.execute import RunResult, execute
+from shellmb.running.execute import RunResult
 from shellmb.scene import Scene
 
 # norms in which the history of a probe is judged
@@ -341,20 +340,18 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
     return Errors(results, probes, said)
 
 
-def add_errors(run: RunResult) -> None:
+def add_errors(run: RunResult, pictures: bool = False) -> RunResult:
     """Estimate the errors of a run and put them into its summary, also the one on disk; collective.
 
     Args:
         run: The run, at its end.
+        pictures: Whether its pictures are drawn, with bands of its errors.
+
+    Returns:
+        The run.
     """
-    estimate_errors(run).write(run.summary, run.out, run.simulation.model.comm)
-
-
-def execute_with_errors(*given: Any, pictures: bool = True, **how: Any) -> RunResult:
-    """Run a scene and estimate its errors; arguments and errors as of `execute`."""
-    run = execute(*given, pictures=False, **how)
     comm = run.simulation.model.comm
-    add_errors(run)
+    estimate_errors(run).write(run.summary, run.out, comm)
     if pictures and run.out is not None and comm.rank == 0:
         from shellmb.show.pictures import budget_of, draw_directory
 

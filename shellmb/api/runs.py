@@ -19,14 +19,14 @@ from shellmb.files.locks import HELD
 from shellmb.options.described import options_of, read, takes
 from shellmb.options.run import ACCURACY, AccuracyOptions, Options, take_accuracy
 from shellmb.running.loader import SceneModule, demos, given
-from shellmb.running.request import Request
+from shellmb.running.request import Request, read_request
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from shellmb.accuracy.request.search import Outcome
     from shellmb.api.sensitivity.record import Sensitivities
+    from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Observer
 
 
@@ -130,32 +130,32 @@ class Requested:
             begin: Called when all that this takes is loaded.
             **how: Observers; of levels also `tell` and `modes` as in `Running`.
         """
+        how |= {"comm": comm, "request": self.request, "results": self.module.results}
         if target is None:
-            execute: Any
-            if self.scene.errors:
-                from shellmb.accuracy.errors import execute_with_errors as execute
-            else:
-                from shellmb.running.execute import execute
+            from shellmb.running.execute import execute
+
             begin()
-            how |= {"request": self.request, "results": self.module.results, "pictures": pictures}
-            computed = execute(self.scene, directory, comm=comm, **how)
-            comm.Barrier()
-            return Run(computed.out or directory, computed)
+            return _ended(execute(self.scene, directory, pictures=pictures, **how), pictures)
         from shellmb.accuracy.request.directory import run_to_accuracy
         from shellmb.accuracy.request.search import Running
 
         begin()
-        own, modes = self.module.results, self.module.mode_results
-        running = Running(comm, own, self.request, mode_results=modes, **how)
-        return _of_levels(
-            directory, run_to_accuracy(self.scene, target, directory, running, pictures)
-        )
+        running = Running(mode_results=self.module.mode_results, **how)
+        outcome = run_to_accuracy(self.scene, target, directory, running, pictures)
+        # the last level is the run, or the modes, of the directory
+        modes = (directory / TABLE).is_file()
+        return ModeShapes(directory) if modes else Run(directory, outcome.run)
 
 
-def _of_levels(directory: Path, outcome: Outcome) -> Run | ModeShapes:
-    """The last level of a request, which is the run, or the modes, of its directory."""
-    modes = (directory / TABLE).is_file()
-    return ModeShapes(directory) if modes else Run(directory, outcome.run)
+def _ended(computed: RunResult, pictures: bool) -> Run:
+    """A run at its end, with its errors if its scene wants them; collective."""
+    if computed.scene.errors:
+        from shellmb.accuracy.errors import add_errors
+
+        add_errors(computed, pictures)
+    computed.simulation.model.comm.Barrier()
+    assert computed.out is not None
+    return Run(computed.out, computed)
 
 
 def requested(
@@ -337,23 +337,21 @@ def resumed(
         begin: Called when all that this takes is loaded.
         **how: Observers; of levels also `tell`.
     """
-    given, file = (None, scene) if isinstance(scene, str) else (scene, None)
+    made, file = (scene, None) if isinstance(scene, Scene) else (None, scene)
     if (out / ACCURACY).is_file():
-        from shellmb.accuracy.request.directory import resume_request
+        from shellmb.accuracy.request.directory import wanted_in
 
-        begin()
-        return _of_levels(out, resume_request(out, given, file, trust, comm, pictures, **how))
+        if made is None:
+            request = read_request(out).trusted(file, trust)
+            again = Requested(*request.build(), request)
+        else:
+            again = requested(made, None)
+        return again.run(out, comm, pictures, wanted_in(out), begin, **how)
     from shellmb.running.resume import resume as go_on
 
     begin()
     how |= {"comm": comm, "pictures": pictures, "trust": trust}
-    computed = go_on(out, scene=given, scene_file=file, **how)
-    comm.Barrier()
-    if computed.scene.errors:
-        from shellmb.accuracy.errors import add_errors
-
-        add_errors(computed)
-    return Run(out, computed)
+    return _ended(go_on(out, scene=made, scene_file=file, **how), pictures)
 
 
 @takes()

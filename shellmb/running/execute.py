@@ -38,9 +38,8 @@ from shellmb.observers.summary import summarise, write_json
 from shellmb.restart import below, with_arrays
 from shellmb.running.directory import claimed, written
 from shellmb.running.error_origin import in_words, user_frame
-from shellmb.running.loader import is_file_name
 from shellmb.running.memory import check_memory
-from shellmb.running.request import REQUEST, Request
+from shellmb.running.request import REQUEST, Request, resume_command
 from shellmb.running.results import Results, add_results, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
@@ -181,7 +180,9 @@ def execute(
             result = _result(simulation, standard, directory, begin, failure, before, measure)
         try:
             with written(directory, comm):
-                _write(result, standard, pictures and not isinstance(failure, Stopped))
+                # with errors there are bands of these in pictures, which are drawn behind them
+                later = scene.errors or isinstance(failure, Stopped)
+                _write(result, standard, pictures and not later)
         except RunError as error:
             # what came first counts
             failure = failure or error
@@ -261,9 +262,8 @@ def _with_state(
     if isinstance(failure, ControlError):
         return ControlError(f"{failure}; {left}")
     if isinstance(failure, Stopped):
-        scene = f" {request.scene}" if request is not None and is_file_name(request.scene) else ""
         if not is_temporary(directory):
-            left = f"`shellmb resume {directory}{scene}` continues from there"
+            left = f"{resume_command(directory, request)} continues from there"
         where = f"t = {simulation.t:g}, step {simulation.step}"
         return Stopped(failure.signal, f"{where}; {left}")
     return failure

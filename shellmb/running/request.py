@@ -205,6 +205,17 @@ def scene_of_run(
     return request.build()
 
 
+def resume_command(out: Path, request: Request | None) -> str:
+    """The command that goes on with a run.
+
+    Args:
+        out: Its directory.
+        request: How its scene was requested; None: from Python.
+    """
+    named = "" if request is None or not is_file_name(request.scene) else f" {request.scene}"
+    return f"`shellmb resume {out}{named}`"
+
+
 def _unreadable(what: str) -> str:
     return (
         f"resume: {what}; the state may be whole: continue from Python with "

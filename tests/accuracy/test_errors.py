@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import shellmb as sm
-from shellmb.accuracy.errors import estimate_errors, execute_with_errors
+from shellmb.accuracy.errors import add_errors, estimate_errors
 from shellmb.accuracy.estimates import Errors
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.cli.main import app
@@ -114,7 +114,7 @@ assert not [m for m in sys.modules if m.startswith("shellmb.accuracy")]
 
 
 def parts(scene: Scene) -> dict[str, float]:
-    found = execute_with_errors(scene, pictures=False).summary["errors"]["probes"]["tip:l2"]
+    found = add_errors(execute(scene, pictures=False)).summary["errors"]["probes"]["tip:l2"]
     return {k.removeprefix("error_"): v for k, v in found.items() if k.startswith("error_")}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from shellmb.accuracy.errors import Companions, execute_with_errors, judged
+from shellmb.accuracy.errors import Companions, add_errors, judged
 from shellmb.accuracy.estimates import GROWING, SAFETY, Estimate, mesh_error, step_error
 from shellmb.accuracy.family import Change, Family
 from shellmb.accuracy.run_record import RunRecord, alternating, damped
@@ -188,7 +188,7 @@ def test_vibrations_that_a_scheme_damps_are_errors() -> None:
 def test_a_run_of_few_steps_tells_no_order() -> None:
     """The kind: nine times the step of a short run leaves a step or two, in which nothing moves."""
     scene = chain("ep", dt=2e-2, t_end=0.3)
-    found = execute_with_errors(scene, pictures=False).summary["errors"]
+    found = add_errors(execute(scene, pictures=False)).summary["errors"]
     (said,) = found["remarks"]
     assert "the run has 15 steps" in said
     assert found["probes"]["tip_x:l2"]["order_step"] is None

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
-from shellmb.accuracy.errors import execute_with_errors
+from shellmb.accuracy.errors import add_errors
 from shellmb.accuracy.family import with_steps
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.request.levels import Store, Target
@@ -76,7 +76,7 @@ def test_corners_that_steps_meet_are_met_by_companions() -> None:
     # finer steps meet them, and what the run steps over its companions may step over
     assert with_steps(scene, 0.5).step_control.times == ()
     assert with_steps(replace(scene, dt=0.03), 3.0).step_control.times == ()
-    run = execute_with_errors(scene, pictures=False)
+    run = add_errors(execute(scene, pictures=False))
     fine, quantity = execute(replace(scene, dt=1e-3), pictures=False), Quantity("x", "l2")
     stated = run.summary["errors"]["probes"]["x:l2"]
     mine = quantity.take({}, run.history)
@@ -99,7 +99,7 @@ def test_a_moment_under_a_point_force_has_no_limit_and_others_have() -> None:
     Under the force the moment is a logarithm of the element's size: twice the elements add as much
     as the ones before did. Beside it the moment is that of a finer mesh within the error.
     """
-    found = execute_with_errors(pushed((8, 8)), pictures=False).summary["errors"]
+    found = add_errors(execute(pushed((8, 8)), pictures=False)).summary["errors"]
     under, away = (found["probes"][f"m11_{where}:end"] for where in ("force", "away"))
     assert under["error"] is None and not under["converges"]
     assert with_error(under) == f"{under['value']:.6g} (does not converge)"
@@ -124,7 +124,7 @@ def test_what_does_not_converge_ends_a_request(tmp_path: Path) -> None:
 def test_chaos_is_covered_or_said(scheme: str, dt: float) -> None:
     """The kind: motions that any step makes another one; another step length is a reference."""
     scene = double_pendulum(scheme, dt, 6.0)
-    found = execute_with_errors(scene, pictures=False).summary["errors"]
+    found = add_errors(execute(scene, pictures=False)).summary["errors"]
     other = execute(double_pendulum("ep4", 2.5e-3, 6.0), pictures=False)
     mine = execute(scene, pictures=False)
     for name in ("bx", "bz"):

@@ -9,8 +9,6 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
 from shellmb.accuracy.family import sides_of, with_fewer
 from shellmb.accuracy.request.levels import (
     KEPT,
@@ -28,8 +26,7 @@ from shellmb.files.reading import read_json
 from shellmb.observers.summary import write_json
 from shellmb.options.run import ACCURACY, AccuracyOptions
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
-from shellmb.running.loader import is_file_name
-from shellmb.running.request import REQUEST, read_request
+from shellmb.running.request import REQUEST, resume_command
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
@@ -88,7 +85,7 @@ def run_to_accuracy(
         try:
             search, outcome = _search(scene, requested, out, how)
         except Stopped as error:
-            says = f"{going_on(out, how)} repeats the level it was in"
+            says = f"{resume_command(out, how.request)} repeats the level it was in"
             if is_temporary(out):
                 says = "nothing of it is left when Python ends; give out to go on later"
             raise Stopped(error.signal, says) from None
@@ -113,50 +110,6 @@ def run_to_accuracy(
         comm.Barrier()
     run = None if outcome.run is None else replace(outcome.run, out=out)
     return replace(outcome, run=run)
-
-
-def resume_request(
-    out: Path,
-    scene: Scene | None,
-    file: str | None,
-    trust: bool,
-    comm: MPI.Comm,
-    pictures: bool = True,
-    **how: Any,
-) -> Outcome:
-    """Go on with a request from its levels.
-
-    Args:
-        out: Its directory.
-        scene: The scene, if it was given as one.
-        file: The scene's file, if it has one.
-        trust: Whether the file that the directory names may be executed.
-        comm: Communicator.
-        pictures: Whether pictures are drawn at the end.
-        **how: As of `Running`: who is told of levels, and who observes them.
-
-    Raises:
-        SceneError: If the directory holds no such request, or one of another scene.
-        ConvergenceError: If the first level fails again.
-    """
-    results, mode_results, request = None, None, None
-    if scene is None:
-        request = read_request(out).trusted(file, trust)
-        scene, module = request.build()
-        results, mode_results = module.results, module.mode_results
-    running = Running(comm, results, request, mode_results=mode_results, **how)
-    return run_to_accuracy(scene, wanted_in(out), out, running, pictures)
-
-
-def going_on(out: Path, how: Running) -> str:
-    """The command that goes on with a request.
-
-    Args:
-        out: Its directory.
-        how: How levels are run.
-    """
-    named = "" if how.request is None else how.request.scene
-    return f"`shellmb resume {out}{f' {named}' if is_file_name(named) else ''}`"
 
 
 def wanted_in(out: Path) -> Target:

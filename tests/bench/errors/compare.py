@@ -10,7 +10,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.errors import execute_with_errors
+from shellmb.accuracy.errors import add_errors
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.run_record import RunRecord, keep
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
@@ -99,14 +99,14 @@ def compare(case: Case) -> Compared:
         return _compare_modes(case, scene)
     results = _results_of(scene)
     # kernels are compiled, libraries loaded
-    execute_with_errors(scene, pictures=False, results=results)
+    add_errors(execute(scene, pictures=False, results=results))
     free()
     clock = time.process_time()
     execute(scene, pictures=False, results=results)
     bare = time.process_time() - clock
     free()
     clock = time.process_time()
-    run = execute_with_errors(scene, pictures=False, results=results)
+    run = add_errors(execute(scene, pictures=False, results=results))
     with_errors = time.process_time() - clock
     mine, found = keep(run), run.summary["errors"]
     stated = {**run.summary["results"], **found["probes"]}
