@@ -20,8 +20,8 @@ from shellmb.observers.probes import Probes
 from shellmb.running.loader import load
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.sensitivity.adjoint.backwards import Reading
 from shellmb.sensitivity.adjoint.elementwise import ElementField, changes, varying
+from shellmb.sensitivity.adjoint.run import Reading
 from shellmb.sensitivity.adjoint.steps import Steps
 from shellmb.sensitivity.adjoint.sweep import Sweep
 from shellmb.sensitivity.parameters import (

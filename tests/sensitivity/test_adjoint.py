@@ -444,7 +444,7 @@ def test_an_objective_that_fails_is_said(objective, says: str) -> None:
 
 
 def test_an_objective_that_cannot_be_is_rejected_before_the_run(monkeypatch) -> None:
-    monkeypatch.setattr("shellmb.sensitivity.adjoint.backwards.execute", None)
+    monkeypatch.setattr("shellmb.sensitivity.adjoint.run.execute", None)
     field = [("strip", "thickness")]
     with pytest.raises(sm.SceneError, match="reads 'tap'; there are 't', 'tip'"):
         sm.adjoint(plate, lambda history: float(history["tap"][-1]), field)

@@ -2,25 +2,43 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from shellmb.errors import SceneError, warn
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError, unsaid, warn
+from shellmb.observers.probes import linear, spot_of
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
-from shellmb.scene import FromMode, Scene
+from shellmb.running.execute import RunResult, execute
+from shellmb.scene import FromMode, Probe, Scene
 from shellmb.scene.schemes import REVERSIBLE
-from shellmb.sensitivity.adjoint.elementwise import ElementField, varying
-from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
-from shellmb.sensitivity.parameters import differentiated, independent
+from shellmb.sensitivity.adjoint.elementwise import ElementField, by_element, changes, varying
+from shellmb.sensitivity.adjoint.objective import (
+    Objective,
+    check_objective,
+    check_probes,
+    evaluated,
+    names_of,
+    slopes,
+)
+from shellmb.sensitivity.adjoint.steps import State, Steps, copied, put, starts
+from shellmb.sensitivity.adjoint.sweep import Sweep, weighed
+from shellmb.sensitivity.adjoint.transposed import Covector
+from shellmb.sensitivity.adjoint.utilisations import Utilisations, Watch
+from shellmb.sensitivity.events import Corners
+from shellmb.sensitivity.parameters import Parameter, differentiated, independent
+from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
+from shellmb.simulate.simulation import Simulation
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
     import pandas as pd
-
-    from shellmb.running.execute import RunResult
 
 
 @dataclass(frozen=True)
@@ -84,8 +102,6 @@ def adjoint(
             has what cannot go backwards.
         ConvergenceError: If a step fails at the smallest step size.
     """
-    from mpi4py import MPI
-
     made = differentiated(scene, values, **options)
     if not (fields or parameters):
         raise SceneError("adjoint: neither fields nor parameters are named; name at least one")
@@ -103,17 +119,31 @@ def adjoint(
     check_objective(objective, given)
     base = varying(given, places)
     scenes = {p: made.beside(given, p) for p in (c.widened(given) for c in chosen)}
-    both, doubtful, said = [], list[str](), dict[Any, str]()
+    both = {p: [varying(side, places) for side in sides] for p, sides in scenes.items()}
+    doubtful, said = list[str](), dict[Any, str]()
     for p, (above, below) in scenes.items():
-        both.append((p, varying(above, places), varying(below, places)))
         if independent(above, below):
             said[p.name] = p.without_effect(given, above)
-    world = MPI.COMM_WORLD if comm is None else comm
-    from shellmb.sensitivity.adjoint.backwards import there_and_back
-
-    value, by_parameters, by_fields, run = there_and_back(
-        base, objective, places, both, states, world, made.results, doubtful
-    )
+    steps, watch = Steps(states), Watch(places)
+    how: dict[str, Any] = {"comm": comm or MPI.COMM_WORLD, "results": made.results}
+    run = execute(base, None, [steps, watch], pictures=False, **how)
+    history = {name: run.column(name) for name in ("t", *names_of(base))}
+    value = evaluated(objective, history)
+    slope = slopes(objective, history, value, doubtful)
+    simulation, shells = run.simulation, run.simulation.model.shells
+    branches = simulation.problem.branches.get
+    found = [(p.body, changes(shells[p.body], p.name, branches(p.body))) for p in places]
+    used = Utilisations(simulation, watch, slope)
+    sweep = Sweep(simulation, found, bool(both), used.forms)
+    _go_back(simulation, steps, sweep, used, slope)
+    by_parameters = {
+        p.name: _by_parameter(simulation, sweep, doubtful, steps.first, used, p, *sides)
+        for p, sides in both.items()
+    }
+    by_fields = {
+        (p.body, p.name): by_element(shells[p.body], p.name, derivative)
+        for p, derivative in zip(places, sweep.by_fields, strict=True)
+    }
     for p in scenes:
         if not by_parameters[p.name]:
             said.setdefault(
@@ -131,6 +161,82 @@ def adjoint(
     for text in sentences:
         warn(f"adjoint: {text}")
     return Adjoint(value, by_parameters, by_fields, run, sentences)
+
+
+class Reading:
+    """Reading of a probe, as a covector of the state.
+
+    Args:
+        simulation: The simulation.
+        probe: The probe, of a motion, with a component.
+    """
+
+    def __init__(self, simulation: Simulation, probe: Probe) -> None:
+        (given,) = simulation.scene.bodies_of(probe)
+        spot = spot_of(simulation.model, given.name, probe.at, f"probe '{probe.name}'")
+        self._key = spot.body, "v" if probe.quantity == "velocity" else "q"
+        dofs, shares = linear(spot)
+        self._dofs, self._weights = dofs[:, int(probe.component)], shares[0]
+
+    def add(self, covector: Covector, slope: float) -> None:
+        """Add a derivative by what is read to the covector of a state."""
+        np.add.at(covector[self._key], self._dofs, slope * self._weights)
+
+
+def _go_back(
+    simulation: Simulation,
+    steps: Steps,
+    sweep: Sweep,
+    used: Utilisations,
+    slope: Mapping[str, Floats],
+) -> None:
+    """Sweep from the last step to the state at the start; collective."""
+    readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
+
+    def read(row: int) -> None:
+        for name, reading in readings.items():
+            reading.add(sweep.covector, float(slope[name][row]))
+        used.take(row, sweep.by_fields)
+
+    for step in steps.backwards(simulation):
+        read(step.number + 1)
+        sweep.back(step, *steps.times[step.number])
+    read(0)
+    put(steps.first, starts(simulation.problem))
+    used.add_start(sweep.covector)
+
+
+def _by_parameter(
+    run: Simulation,
+    sweep: Sweep,
+    said: list[str],
+    first: State,
+    used: Utilisations,
+    parameter: Parameter,
+    *scenes: Scene,
+) -> float:
+    """Derivative by a parameter, from scenes above and below it; collective.
+
+    Scenes of one parameter are there at a time: MPI has a few thousand communicators, of which
+    each mesh takes some.
+    """
+    work, ends = [], []
+    for scene in scenes:
+        with unsaid():
+            simulation = Simulation(scene, run.model.comm, run)
+        check_alike(run, simulation, parameter.name)
+        ends.append(copied(starts(simulation.problem)))
+        side = PerturbedRun(simulation, [], forces=False)
+        at_start, read = used.beside(side, first)
+        work.append(weighed(side, sweep.kept, read) - at_start)
+        del simulation, side, read
+        gc.collect()
+    corners = Corners(run, parameter, (scenes[0], scenes[1]))
+    for step in reversed(sweep.kept):
+        said += corners.met(step.t, step.dt)
+    above, below = ends
+    start = sum(float(np.vdot(w, above[key] - below[key])) for key, w in sweep.covector.items())
+    return float(run.model.comm.allreduce(start - (work[0] - work[1]))) / parameter.width
 
 
 def _places(fields: Any) -> tuple[ElementField, ...]:
@@ -188,8 +294,8 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
             scene.initial and scene.joints
         ),
     }
-    for words, starts in by_fields.items():
-        if places and starts:
+    for words, there in by_fields.items():
+        if places and there:
             raise SceneError(
                 f"adjoint: scene '{name}' {words}, or differentiate by parameters of the scene "
                 "function"
