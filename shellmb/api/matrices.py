@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from shellmb.api.responding.poles import lowest_modes
-from shellmb.api.responding.reduction import Unknowns
+from shellmb.api.responding.reduction import Unknowns, lowest_modes
 from shellmb.api.responding.system import LinearSystem, StateSpace
 from shellmb.api.runs import refuse_ranks, requested
 from shellmb.arrays import Floats, Ints

@@ -255,7 +255,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "forces of joints in the unit of statics, taken by a model of motions",
-        "shellmb/running/natural_modes/equilibrium.py",
+        "shellmb/running/natural_modes/vibration.py",
         "checked_model(scene.with_options(scheme=SIMPLEST), comm, static.model.force)",
         "checked_model(scene.with_options(scheme=SIMPLEST), comm)",
         (

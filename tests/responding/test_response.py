@@ -15,7 +15,7 @@ import scipy.linalg as la
 from typer.testing import CliRunner
 
 import shellmb as sm
-from shellmb.api.responding.poles import lowest_modes
+from shellmb.api.responding.reduction import lowest_modes
 from shellmb.cli.main import app
 from shellmb.demos.verification.cases import CASES
 from shellmb.demos.verification.problems import forced  # noqa: F401

@@ -22,7 +22,7 @@ from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import LinearOptions, ResponseOptions
 from shellmb.options.run import ELEMENTS, Options
-from shellmb.running.natural_modes.equilibrium import equilibrium
+from shellmb.running.natural_modes.vibration import equilibrium
 from shellmb.running.resume import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation

@@ -1,4 +1,4 @@
-"""Unknowns of a linearised scene reduced to coordinates that no constraint ties."""
+"""Unknowns of a linearised scene reduced to coordinates that no constraint ties, and to modes."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.api.responding.system import Matrices, Orders
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 
 if TYPE_CHECKING:
     from petsc4py import PETSc
 
+    from shellmb.api.responding.system import Matrices, Orders
     from shellmb.running.rotating.linearised import Linearised
+    from shellmb.running.rotating.quadratic import Pair
 
 # singular values of constraints below this part of the largest are zero
 DEPENDENT = 1e-9
@@ -231,3 +233,48 @@ def scipy_matrix(A: PETSc.Mat) -> sp.csr_array:
     """A matrix of one process as one of SciPy."""
     ends, columns, entries = A.getValuesCSR()
     return sp.csr_array((entries, columns, ends), shape=A.getSize())
+
+
+def refined(pair: Pair, matrices: Sequence[sp.csr_array], even: bool) -> complex:
+    """The eigenvalue to the square of the error of its vectors, from the right and the left one."""
+    left = v = pair.real.array + 1j * pair.imaginary.array
+    if not even:
+        whole = sum(pair.value**power * A for A, power in zip(matrices, (2, 1, 0), strict=True))
+        try:
+            inner = spla.splu(sp.csc_array(whole, dtype=np.complex128))
+        except RuntimeError:
+            # it is an eigenvalue to the last digit
+            return pair.value
+        left, v = inner.solve(v, "T"), inner.solve(v)
+    roots = np.roots([left @ (A @ v) for A in matrices])
+    return complex(min([*roots, np.inf], key=lambda root: abs(root - pair.value)))
+
+
+def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, Floats]:
+    """The lowest undamped modes, normalised to a mass of one.
+
+    Args:
+        K: Stiffness, of which the symmetric part counts.
+        M: Mass.
+        count: How many, at most as coordinates.
+
+    Returns:
+        Squares of the angular frequencies, shape (count,) [rad^2/s^2], and the modes as
+        columns, shape (n, count).
+
+    Raises:
+        SceneError: If there are not so many.
+    """
+    size = K.shape[0]
+    most = size if M.diagonal().min() > 0 else size - 1
+    if not 0 < count <= most:
+        raise SceneError(f"linearise: modes is {count}; it must be from 1 to {most} (coordinates)")
+    scale = abs(K.diagonal()).max() / abs(M.diagonal()).max()
+    shift = -1e-9 * float(scale)
+    even = (0.5 * (K + K.T)).tocsc()
+    if count < size:
+        values, vectors = spla.eigsh(even, count, M.tocsc(), sigma=shift)
+    else:
+        values, vectors = la.eigh(even.toarray(), M.toarray())
+    order = np.argsort(values)
+    return values[order], vectors[:, order]

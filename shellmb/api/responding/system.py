@@ -18,7 +18,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.io.matlab import MatReadError
 
-from shellmb.api.responding.poles import lowest_modes, poles
+from shellmb.api.responding.reduction import lowest_modes, refined
 from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError
 from shellmb.files.writing import drafted
@@ -330,8 +330,26 @@ class LinearSystem:
         if self.size == 0:
             # everything is driven
             return np.zeros(0, dtype=np.complex128)
-        branches = dict(zip(self.times, self.branches, strict=True))
-        return poles(self.M, self.C, self.K, branches, count, self.shift)
+        from mpi4py import MPI
+        from petsc4py import PETSc
+
+        from shellmb.running.rotating.quadratic import NEUTRAL, motions
+        from shellmb.system.direct.symmetry import is_symmetric
+
+        def petsc(A: sp.csr_array) -> Any:
+            csr = A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data
+            return PETSc.Mat().createAIJ(A.shape, csr=csr, comm=MPI.COMM_SELF)
+
+        matrices = self.M, self.C, self.K
+        m, c, k = map(petsc, matrices)
+        springs = dict(zip(self.times, map(petsc, self.branches), strict=True))
+        zero, above = motions((k, c, m), springs, count, self.shift)
+        values = [pair.value for pair in above]
+        if not springs:
+            # left vectors are the right ones, but vectors of what may be zero are less exact
+            exact = NEUTRAL * self.shift if is_symmetric(k) and is_symmetric(c) else np.inf
+            values = [refined(pair, matrices, abs(pair.value) > exact) for pair in above[:count]]
+        return np.array([*[0.0] * len(zero), *values], dtype=np.complex128)[:count]
 
     def to_scipy(self, modes: int | None = None) -> Any:
         """The state space as a `scipy.signal.StateSpace`.
