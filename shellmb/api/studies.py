@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import pandas as pd
 
@@ -82,7 +82,7 @@ def study(
     parameters: Mapping[str, Any] | None = None,
     repeat: int = 1,
     out: Path | str | None = None,
-    clock: str = "wall",
+    clock: Literal["wall", "cpu"] = "wall",
     tell: Callable[[str], None] | None = None,
     **options: Any,
 ) -> Study:
@@ -109,8 +109,6 @@ def study(
     from shellmb.accuracy.studies.sweep import sweep_of
     from shellmb.running.loader import SceneModule, given
 
-    if clock not in ("wall", "cpu"):
-        raise SceneError(f"study: clock is '{clock}'; it must be 'wall' or 'cpu'")
     if not isinstance(scene, str | Scene) and not callable(scene):
         raise SceneError(
             f"study: scene is a {type(scene).__name__}; it must be a Scene, a function that makes "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -185,7 +185,8 @@ def sensitivities(
         bool, typer.Option("--no-fields", help="Omit derivatives of fields.")
     ] = False,
     at: Annotated[
-        str, typer.Option(help="Derivatives along a static path at the same 'length' or 'load'.")
+        Literal["length", "load"],
+        typer.Option(help="Derivatives along a static path at the same 'length' or 'load'."),
     ] = "length",
     out: Annotated[
         Path | None, typer.Option(help="Directory; default: runs/SCENE-sensitivities-TIME.")

@@ -5,6 +5,7 @@ import inspect
 import os
 import re
 import textwrap
+from ast import literal_eval
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from numbers import Integral, Real
@@ -279,8 +280,12 @@ def _wrong(kind: Option | str | None, value: Any) -> str | None:
 
 
 def _unfit(kind: str, value: Any) -> str | None:
-    known = (pair for begin, pair in KINDS.items() if kind.startswith(begin))
-    fits, words = next(known, (None, None))
+    if kind.startswith("Literal[") and kind.endswith("]"):
+        choices = literal_eval(kind.removeprefix("Literal"))
+        known = isinstance(value, str) and value in choices
+        return None if known else " or ".join(map(repr, choices))
+    pairs = (pair for begin, pair in KINDS.items() if kind.startswith(begin))
+    fits, words = next(pairs, (None, None))
     return None if fits is None or fits(value) else words
 
 

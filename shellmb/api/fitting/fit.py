@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -84,7 +84,7 @@ def fit(
     sizes = np.array([p.size for p in chosen])
     low, high = _bounds(chosen, bounds or {})
     probes = {p.name for p in base.probes}
-    columns = "probes" if set(found.values) <= probes else "all"
+    columns: Literal["all", "probes"] = "probes" if set(found.values) <= probes else "all"
 
     def run(at: Floats) -> Sensitivities:
         given = {p.name: float(x) for p, x in zip(chosen, at * sizes, strict=True)}

@@ -68,10 +68,6 @@ def linearise(
     wanted, chosen = scene_and_state(
         "linearise", scene, parameters, options | {"at": at, "state": state}
     )
-    if constraints not in ("eliminated", "kept"):
-        raise SceneError(
-            f"linearise: constraints is {show(constraints)}; it must be 'eliminated' or 'kept'"
-        )
 
     return about_state(wanted, chosen, constraints)
 

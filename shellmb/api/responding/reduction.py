@@ -17,9 +17,12 @@ from shellmb.errors import SceneError
 if TYPE_CHECKING:
     from petsc4py import PETSc
 
-    from shellmb.api.responding.system import Matrices, Orders
     from shellmb.running.rotating.linearised import Linearised
     from shellmb.running.rotating.quadratic import Pair
+
+# of a quantity, of its first and of its second derivative, and of what each branch sees of it
+type Orders = tuple[Floats, ...]
+type Matrices = tuple[sp.csr_array, ...]
 
 # singular values of constraints below this part of the largest are zero
 DEPENDENT = 1e-9
@@ -194,6 +197,7 @@ def split(rows: sp.csr_array) -> tuple[sp.csr_array, sp.csr_array]:
     Returns:
         The basis as columns, and the pseudo-inverse, shape (n, m).
     """
+    from scipy.ndimage import value_indices
     from scipy.sparse.csgraph import connected_components
 
     m, n = rows.shape
@@ -205,10 +209,10 @@ def split(rows: sp.csr_array) -> tuple[sp.csr_array, sp.csr_array]:
         return sp.csr_array(sp.eye_array(n)), sp.csr_array((n, m))
     graph = sp.block_array([[None, rows], [rows.T, None]], format="csr")
     _, labels = connected_components(graph, directed=False)
-    unknowns, groups = _by_label(labels[m:]), _by_label(labels[:m])
+    unknowns, groups = value_indices(labels[m:]), value_indices(labels[:m])
     parts: list[tuple[Ints, Ints, Any, Any]] = []
     for label in unknowns.keys() & groups.keys():
-        group, columns = groups[label], unknowns[label]
+        (group,), (columns,) = groups[label], unknowns[label]
         own = rows[group][:, columns].toarray()
         lengths = np.linalg.norm(own, axis=1)
         U, sizes, V = np.linalg.svd(own / lengths[:, None])
@@ -220,13 +224,6 @@ def split(rows: sp.csr_array) -> tuple[sp.csr_array, sp.csr_array]:
     to = _places(columns, n)
     basis = sp.hstack([_places(free, n), to @ tied], format="csr")
     return sp.csr_array(basis), sp.csr_array(to @ least @ _places(group, m).T)
-
-
-def _by_label(labels: Ints) -> dict[int, Ints]:
-    """Places of each label, in their order."""
-    order = np.argsort(labels, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
-    return {int(labels[group[0]]): group for group in groups}
 
 
 def scipy_matrix(A: PETSc.Mat) -> sp.csr_array:

@@ -18,16 +18,12 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.io.matlab import MatReadError
 
-from shellmb.api.responding.reduction import lowest_modes, refined
+from shellmb.api.responding.reduction import Matrices, Orders, lowest_modes, refined
 from shellmb.arrays import Complex, Floats
 from shellmb.errors import SceneError
 from shellmb.files.writing import drafted
 from shellmb.options.described import checks, takes
 from shellmb.scene.lookup import listed
-
-# of a quantity, of its first and of its second derivative, and of what each branch sees of it
-type Orders = tuple[Floats, ...]
-type Matrices = tuple[sp.csr_array, ...]
 
 # of the state space without sparse matrices
 DENSE = 3000

@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Simulation
 
-COLUMNS = ("all", "probes")
-# what both sides of a static path have in common with the run
-AT = ("length", "load")
 # communicators of a scene beside a run, those of meshes that are moved left out: seven were seen
 OWN = 20
 
@@ -44,9 +41,9 @@ def sensitivities(
     *,
     values: Mapping[str, Any] | None = None,
     scales: Mapping[str, float] | None = None,
-    columns: str = "all",
+    columns: Literal["all", "probes"] = "all",
     fields: bool = True,
-    at: str = "length",
+    at: Literal["length", "load"] = "length",
     resume: bool = False,
     comm: MPI.Comm | None = None,
     **options: Any,
@@ -82,11 +79,6 @@ def sensitivities(
     """
     made = differentiated(scene, values, **options)
     chosen = made.parameters(parameters, scales)
-    for name, given, known in (("columns", columns, COLUMNS), ("at", at, AT)):
-        if given not in known:
-            raise SceneError(
-                f"sensitivities: {name} is '{given}'; it must be '{known[0]}' or '{known[1]}'"
-            )
     base = made.base()
     if at != "length" and base.path is None:
         raise SceneError(

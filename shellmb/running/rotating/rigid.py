@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -151,13 +150,20 @@ class WholeMotion:
         return np.asarray(found @ units)
 
 
-@dataclass(frozen=True)
 class Unsteady:
-    """Distance of a state from a steady rotation.
+    """Distance of a state from a steady rotation: what moves relative to a frame.
 
     Spins of triples of directors do not count: small motions are those of their axes.
 
     Args:
+        scene: The scene.
+        products: Products of motions at the state.
+        whole: Of the state.
+        motion: Velocities and accelerations.
+        line: Axis of the frame.
+        rate: Its rate, rad/s.
+
+    Attributes:
         velocity: Velocities relative to the frame, root mean square over the mass, m/s.
         acceleration: Accelerations beyond those of a steady rotation, m/s^2.
         turning: Change of the inertia of what spins and is not the same all around, over that of
@@ -167,12 +173,31 @@ class Unsteady:
         length: Length of the scene, m.
     """
 
-    velocity: float
-    acceleration: float
-    turning: float
-    energy_share: float
-    acceleration_share: float
-    length: float
+    def __init__(
+        self,
+        scene: Scene,
+        products: Products,
+        whole: WholeMotion,
+        motion: tuple[Functions, Functions],
+        line: Axis,
+        rate: float,
+    ) -> None:
+        turn = spinning(rate * line.unit, np.asarray(line.about))
+        inward = Affine(turn.matrix @ turn.matrix, turn.matrix @ turn.shift)
+        spins = Spins(products, motion, turn.matrix)
+        squares, free = [], _free(scene)
+        for of, rest, frame in zip(motion, spins.rest, (turn, inward), strict=True):
+            # a uniform motion, or fall, of all that is free to go on changes nothing
+            mean = whole.translation(of) - frame.matrix @ whole.centre - frame.shift
+            left = Affine(-frame.matrix, -frame.shift - free @ mean)
+            squares.append((products.square(rest, left), products.square(of, left)))
+        (moving, relative), (pushing, pushed) = squares
+        moved, pulled = (products.square(of) for of in motion)
+        mass = max(whole.mass, 1e-300)
+        self.velocity, self.acceleration = (math.sqrt(of / mass) for of in (moving, pushing))
+        self.turning, self.length = spins.turning(whole), whole.length
+        self.energy_share = relative / moved if moved > 0 else 0.0
+        self.acceleration_share = math.sqrt(pushed / pulled) if pulled > 0 else 0.0
 
     def drift(self, scale: float) -> float:
         """Distance that the state moves in the time `1/scale`, in lengths of the scene.
@@ -184,46 +209,6 @@ class Unsteady:
         """
         moved = (self.velocity / scale + self.acceleration / scale**2) / self.length
         return moved + self.turning / scale
-
-
-def unsteady_part(
-    scene: Scene,
-    products: Products,
-    whole: WholeMotion,
-    motion: tuple[Functions, Functions],
-    line: Axis,
-    rate: float,
-) -> Unsteady:
-    """Velocities and accelerations relative to those of a frame.
-
-    Args:
-        scene: The scene.
-        products: Products of motions at the state.
-        whole: Of the state.
-        motion: Velocities and accelerations.
-        line: Axis of the frame.
-        rate: Its rate, rad/s.
-    """
-    turn = spinning(rate * line.unit, np.asarray(line.about))
-    inward = Affine(turn.matrix @ turn.matrix, turn.matrix @ turn.shift)
-    spins = Spins(products, motion, turn.matrix)
-    squares, free = [], _free(scene)
-    for of, rest, frame in zip(motion, spins.rest, (turn, inward), strict=True):
-        # a uniform motion, or fall, of all that is free to go on changes nothing
-        mean = whole.translation(of) - frame.matrix @ whole.centre - frame.shift
-        left = Affine(-frame.matrix, -frame.shift - free @ mean)
-        squares.append((products.square(rest, left), products.square(of, left)))
-    (moving, relative), (pushing, pushed) = squares
-    moved, pulled = (products.square(of) for of in motion)
-    mass = max(whole.mass, 1e-300)
-    return Unsteady(
-        math.sqrt(moving / mass),
-        math.sqrt(pushing / mass),
-        spins.turning(whole),
-        relative / moved if moved > 0 else 0.0,
-        math.sqrt(pushed / pulled) if pulled > 0 else 0.0,
-        whole.length,
-    )
 
 
 class Spins:

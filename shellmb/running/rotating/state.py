@@ -28,9 +28,9 @@ from shellmb.running.rotating.rigid import (
     NOTHING,
     Functions,
     Products,
+    Unsteady,
     WholeMotion,
     spinning,
-    unsteady_part,
 )
 from shellmb.scene import JointDamper, Motor, Scene
 from shellmb.scene.lookup import listed, said
@@ -226,7 +226,7 @@ class MovingState(Linearised):
             for b in model.bodies
         }
         levels = {b.name: Levels(q[b.name], {}, {}, b.manifold.tangent) for b in model.bodies}
-        self.unsteady = unsteady_part(scene, products, whole, (velocity, acceleration), line, omega)
+        self.unsteady = Unsteady(scene, products, whole, (velocity, acceleration), line, omega)
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)

@@ -294,8 +294,8 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
             scene.initial and scene.joints
         ),
     }
-    for words, there in by_fields.items():
-        if places and there:
+    for words, starting in by_fields.items():
+        if places and starting:
             raise SceneError(
                 f"adjoint: scene '{name}' {words}, or differentiate by parameters of the scene "
                 "function"
