@@ -82,7 +82,7 @@ def _state(run: Run, request: Request, directory: Path) -> State:
     if not directory.exists() or not any(directory.iterdir()):
         return "new"
     # a bundled scene is defined by the package: what is stored of it are its name and settings
-    if not (directory / REQUEST).is_file() or read_request(directory).request != request:
+    if not (directory / REQUEST).is_file() or read_request(directory) != request:
         raise SceneError(
             f"figures: {directory} is not of the run '{run.name}' as it is defined now; remove it, "
             "or give another directory by --from"

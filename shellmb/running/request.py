@@ -29,11 +29,15 @@ class Request:
         scene: Name of a demo or path of a Python file.
         parameters: Values of the scene's parameters as text.
         options: Choices that replace those of the scene.
+        unchanged: Whether the file that it is from is as the run wrote it.
+        scene_sha256: Checksum of the scene's file when that was written; None for a bundled scene.
     """
 
     scene: str
     parameters: Mapping[str, str] = field(default_factory=dict)
     options: Options = field(default_factory=Options)
+    unchanged: bool = field(default=True, compare=False)
+    scene_sha256: str | None = field(default=None, compare=False)
 
     def build(self) -> tuple[Scene, SceneModule]:
         """The scene, and the module that defines it.
@@ -70,25 +74,11 @@ class Request:
         Raises:
             pydantic.ValidationError: If they are none.
         """
-        given = {f.name: values.get(f.name) for f in fields(cls)}
-        if isinstance(options := given.get("options"), dict):
+        given = {name: values.get(name) for name in ("scene", "parameters", "options")}
+        if isinstance(options := given["options"], dict):
             given["options"] = of_today(Options, options)
-        return TypeAdapter(cls).validate_python(given)
-
-
-@dataclass(frozen=True)
-class StoredRequest:
-    """Request of a scene, as stored in a run directory.
-
-    Args:
-        request: It.
-        unchanged: Whether the file is as the run wrote it.
-        scene_sha256: Checksum of the scene's file when the run began; None for a bundled scene.
-    """
-
-    request: Request
-    unchanged: bool
-    scene_sha256: str | None
+        sealed = {"unchanged": is_intact(values), "scene_sha256": values.get("scene_sha256")}
+        return TypeAdapter(cls).validate_python(given | sealed)
 
     def trusted(self, given: str | None, trust: bool) -> Request:
         """The request with a scene that may be executed.
@@ -102,29 +92,25 @@ class StoredRequest:
         Raises:
             SceneError: If the scene is a file that the user has not named, or another scene.
         """
-        named = self.request.scene
+        named = self.scene
         if given is not None:
             if is_file_name(given) != is_file_name(named):
                 raise SceneError(
                     f"resume: the run is of the scene '{named}' and not of '{given}'; name that one"
                 )
-            return replace(self.request, scene=given)
+            return replace(self, scene=given)
         if is_file_name(named) and not trust:
             raise SceneError(
                 f"resume: the run directory names {named}, a program to be executed; give its path "
                 "behind the directory, or --trust if the directory is yours"
             )
-        return self.request
+        return self
 
-    def same_file(self, request: Request) -> bool:
-        """Decide whether the scene's file is the one that the run began with.
-
-        Args:
-            request: The request that names it now.
-        """
-        if not is_file_name(request.scene):
+    def same_file(self) -> bool:
+        """Decide whether the scene's file is the one that the run began with."""
+        if not is_file_name(self.scene):
             return self.scene_sha256 is None
-        file = Path(request.scene)
+        file = Path(self.scene)
         return file.is_file() and checksum(file.read_bytes()) == self.scene_sha256
 
 
@@ -152,7 +138,7 @@ def parse_parameters(items: list[str], flag: str = "--set") -> dict[str, str]:
     return values
 
 
-def read_request(out: Path | str) -> StoredRequest:
+def read_request(out: Path | str) -> Request:
     """Request of the scene of a run directory.
 
     Args:
@@ -176,7 +162,7 @@ def read_request(out: Path | str) -> StoredRequest:
         raise SceneError(_unreadable(str(error))) from None
     if not is_file_name(request.scene) and request.scene not in demos():
         raise SceneError(_unreadable(f"{file} names the scene '{request.scene}', which is none"))
-    return StoredRequest(request, is_intact(values), values.get("scene_sha256"))
+    return request
 
 
 def scene_of_run(
@@ -193,8 +179,8 @@ def scene_of_run(
         SceneError: If it is no such run: files are programs that a directory must not name.
     """
     try:
-        stored = read_request(out)
-        request = stored.request if given is None else stored.trusted(given, False)
+        request = read_request(out)
+        request = request if given is None else request.trusted(given, False)
     except SceneError as error:
         raise SceneError(str(error).replace("resume: ", f"{command}: ", 1)) from None
     if given is None and is_file_name(request.scene):

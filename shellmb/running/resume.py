@@ -12,8 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.observers.files.checkpoint import Arrays, Saved
 from shellmb.running.directory import claimed
 from shellmb.running.execute import RunResult, execute, take_up
-from shellmb.running.loader import SceneModule
-from shellmb.running.request import REQUEST, Request, StoredRequest, read_request
+from shellmb.running.request import REQUEST, Request, read_request
 from shellmb.running.results import Results
 from shellmb.running.saved import has_begun, read_saved
 from shellmb.running.standard import StandardObservers
@@ -61,14 +60,11 @@ def resume(
         ConvergenceError: If the run fails again.
         RunError: If it cannot be written, or a function of the user's raises.
     """
-    directory = Path(out)
-    module: SceneModule | None = None
-    request: Request | None = None
-    stored: StoredRequest | None = None
+    directory, request = Path(out), None
     if scene is None:
-        stored = read_request(directory)
-        request = stored.trusted(scene_file, trust)
+        request = read_request(directory).trusted(scene_file, trust)
         scene, module = request.build()
+        results = module.results
     if not comm.bcast(directory.is_dir()):
         raise SceneError(f"resume: there is no directory {directory}; give the directory of a run")
     with claimed(directory, comm, new=False):
@@ -77,13 +73,11 @@ def resume(
         said: list[str] = []
         if has_begun(directory, comm) or request is None:
             saved = read_saved(directory, comm, spread=True)
-            said += _same_scene(scene, saved.scene, stored)
-        if stored is not None and request is not None:
-            said += _same_request(directory, stored, request, saved is not None)
+            said += _same_scene(scene, saved.scene, request)
+        if request is not None:
+            said += _same_request(directory, request, saved is not None)
         for line in said if comm.rank == 0 else []:
             _log.warning("resume: %s", line)
-        if module is not None:
-            results = module.results
         return execute(
             scene,
             directory,
@@ -97,13 +91,13 @@ def resume(
         )
 
 
-def _same_scene(scene: Scene, then: dict[str, Any], stored: StoredRequest | None) -> list[str]:
+def _same_scene(scene: Scene, then: dict[str, Any], request: Request | None) -> list[str]:
     """Refuse other physics; lines that say what else has changed."""
     found = differences(then, fingerprint(scene))
     numerical = [d for d in found if d[0].split(".")[0] in NUMERICAL]
     physical = [d for d in found if d not in numerical or (d[0] == CONTROLLED and "null" in d)]
     if physical:
-        edited = "" if stored is None or stored.unchanged else f"; {REQUEST} was edited"
+        edited = "" if request is None or request.unchanged else f"; {REQUEST} was edited"
         raise SceneError(
             f"resume: the state is not of the scene '{scene.name}' as it is now: "
             f"{_in_words(physical)}{edited}; undo the changes, or start the run again"
@@ -111,12 +105,10 @@ def _same_scene(scene: Scene, then: dict[str, Any], stored: StoredRequest | None
     return [f"other numerical settings: {_in_words(numerical)}"] if numerical else []
 
 
-def _same_request(
-    directory: Path, stored: StoredRequest, request: Request, begun: bool
-) -> list[str]:
+def _same_request(directory: Path, request: Request, begun: bool) -> list[str]:
     """Lines that say that the same scene is requested in other words."""
     lines = []
-    if not stored.unchanged:
+    if not request.unchanged:
         file = directory / REQUEST
         if not begun:
             raise SceneError(
@@ -124,7 +116,7 @@ def _same_request(
                 "the run again in another directory"
             )
         lines.append(f"{file} was edited, and still means the same scene")
-    if begun and not stored.same_file(request):
+    if begun and not request.same_file():
         lines.append(f"{request.scene} was edited, and still defines the same scene")
     return lines
 
