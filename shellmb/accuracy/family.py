@@ -10,7 +10,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.run_record import RunRecord, keep
-from shellmb.errors import SceneError, ShellmbError, Stopped, unsaid
+from shellmb.errors import SceneError, ShellmbError, unsaid
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.request import Request
@@ -280,8 +280,6 @@ class Family:
         if change not in self.found:
             try:
                 run, found = self.start(change, watched=False, accounts=self._accounts)
-            except Stopped:
-                raise
             except ShellmbError as error:
                 self.failures[change], self.found[change] = str(error), None
             else:

@@ -13,7 +13,7 @@ from shellmb.accuracy.estimates import (
     model_error,
 )
 from shellmb.accuracy.family import Change, degree_of, prefers_degree, reduced
-from shellmb.errors import ShellmbError, Stopped, unsaid
+from shellmb.errors import ShellmbError, unsaid
 from shellmb.running.natural_modes.vibration import Modes, natural_modes
 from shellmb.running.results import measured
 from shellmb.scene import Scene
@@ -120,8 +120,6 @@ def _companion(
         try:
             found = natural_modes(change.apply(scene), comm, len(modes.omega2), loaded)
             numbers = {} if results is None else measured(results, found, comm, "mode_results")
-        except Stopped:
-            raise
         except ShellmbError as error:
             why = str(error)
         else:

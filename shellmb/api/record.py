@@ -7,10 +7,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from shellmb.errors import SceneError
-from shellmb.files.reading import first_error, read_json
+from shellmb.files.reading import read_json, undamaged
 from shellmb.observers.files.described import Described, read_described
 from shellmb.options.described import takes
 from shellmb.options.run import ACCURACY
@@ -142,10 +142,8 @@ class Run(StoredResult):
         if not file.exists():
             return {}
         found = read_json(file)
-        try:
+        with undamaged(file):
             _SUMMARY.validate_python(found)
-        except ValidationError as error:
-            raise SceneError(f"{file} is damaged ({first_error(error)})") from None
         return found
 
     @property

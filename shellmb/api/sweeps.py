@@ -22,7 +22,7 @@ from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.files.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import AccuracyOptions, Options
-from shellmb.running.error_origin import in_words
+from shellmb.running.error_origin import user_failures
 from shellmb.running.loader import check_function, check_names, check_values, load, scene_of
 from shellmb.scene import Scene
 
@@ -143,7 +143,8 @@ def run_case(
             else (scene_of(scene, case, "sweep", "the scene function"), None)
         )
         found = run(made, place, parameters=named, pictures=False, **options)
-        row |= _measured(measure, found) if measure is not None else found.results
+        with user_failures(RunError, "sweep: measure fails"):
+            row |= found.results if measure is None else dict(measure(found))
         row |= {name: found.summary[name] for name in COUNTED}
         row["warnings"] = len(found.warnings)
     except ShellmbError as error:
@@ -186,20 +187,6 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
     for case in cases:
         check_values(make, case, "sweep: the scene", "parameters={{'{name}': [...]}}")
     return cases
-
-
-def _measured(measure: Measure, found: Any) -> dict[str, Any]:
-    """Numbers that a user's function finds in a run.
-
-    Raises:
-        RunError: If it raises, or returns something else.
-    """
-    try:
-        return dict(measure(found))
-    except ShellmbError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise RunError(f"sweep: measure fails: {in_words(error)}") from error
 
 
 def _name(case: Mapping[str, Any]) -> str:

@@ -18,7 +18,7 @@ from shellmb import barrier
 from shellmb.cli.options import Command
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
 from shellmb.guarding import Stream, Unprinted
-from shellmb.running.error_origin import in_words, user_frame
+from shellmb.running.error_origin import in_words, user_failures, user_frame
 from shellmb.stopping import EXIT, STOPPING, several_ranks
 
 # how long a rank that fails waits for the first one to say so [s]
@@ -77,17 +77,15 @@ def run_check(check: Callable[[dict[str, float]], None], results: dict[str, floa
         FailedCheck: If one is not met.
         RunError: If the function itself fails; what was run is saved.
     """
-    try:
-        check(results)
-    except AssertionError as error:
-        frame = user_frame(error)
-        place = "" if frame is None else f" ({Path(frame.filename).name}, line {frame.lineno})"
-        said = str(error) or f"a reference value of the scene is not met{place}"
-        raise FailedCheck(f"check failed: {said}") from error
-    except Exception as error:
-        raise RunError(
-            f"check() of the scene fails: {in_words(error)}; everything else is finished and saved"
-        ) from error
+    saved = "; everything else is finished and saved"
+    with user_failures(RunError, "check() of the scene fails", saved):
+        try:
+            check(results)
+        except AssertionError as error:
+            frame = user_frame(error)
+            place = "" if frame is None else f" ({Path(frame.filename).name}, line {frame.lineno})"
+            said = str(error) or f"a reference value of the scene is not met{place}"
+            raise FailedCheck(f"check failed: {said}") from error
 
 
 def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:

@@ -3,29 +3,44 @@
 What a directory calls a file may be a link to one without an end, or a pipe that nobody writes.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os
 import stat
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from shellmb.errors import SceneError
 
-if TYPE_CHECKING:
-    from pydantic import ValidationError
-
 # part of the memory that one file may take, and what a file of JSON may be long [bytes]
 SHARE, JSON = 0.25, 200_000_000
+# what is raised where the content of a file is not as expected; pydantic's errors are of values
+_WRONG = (ValueError, TypeError, KeyError, RecursionError, EOFError, OSError, zipfile.BadZipFile)
 
 
 class Damaged(SceneError):
     """A file that is not what was written, or cannot be read; the text says which and how."""
+
+
+@contextmanager
+def undamaged(file: Path) -> Iterator[None]:
+    """Context in which the content of a file is taken as it was written.
+
+    Args:
+        file: The file.
+
+    Raises:
+        Damaged: If it is otherwise.
+    """
+    try:
+        yield
+    except _WRONG as error:
+        raise Damaged(f"{file} is damaged ({_first(error)})") from None
 
 
 def check_file(file: Path, most: float | None = None) -> None:
@@ -77,10 +92,8 @@ def read_json(file: Path) -> dict[str, Any]:
     Raises:
         Damaged: If it is no such file.
     """
-    try:
+    with undamaged(file):
         values = json.loads(read_bytes(file, JSON))
-    except (ValueError, RecursionError) as error:
-        raise Damaged(f"{file} is damaged ({error})") from None
     if not isinstance(values, dict):
         raise Damaged(f"{file} is damaged (it holds no table)")
     return values
@@ -95,11 +108,10 @@ def read_series(file: Path) -> dict[Path, float]:
     Raises:
         Damaged: If it is no such list.
     """
-    try:
+    with undamaged(file):
         entries = read_json(file)["files"]
-        return {file.parent / Path(e["name"]).name: float(e["time"]) for e in entries}
-    except (TypeError, KeyError, ValueError) as error:
-        raise Damaged(f"{file} is damaged ({error})") from None
+        found = {file.parent / Path(e["name"]).name: float(e["time"]) for e in entries}
+    return found
 
 
 def unpacked(file: Path, content: bytes) -> dict[str, Any]:
@@ -114,12 +126,9 @@ def unpacked(file: Path, content: bytes) -> dict[str, Any]:
     Raises:
         Damaged: If it holds no arrays, or some of their numbers are not finite.
     """
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            check_archive(archive.zip, len(content))
-            arrays = {key: archive[key] for key in archive.files}
-    except (ValueError, OSError, zipfile.BadZipFile) as error:
-        raise Damaged(f"{file} is damaged ({error})") from None
+    with undamaged(file), np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        check_archive(archive.zip, len(content))
+        arrays = {key: archive[key] for key in archive.files}
     for key, array in arrays.items():
         if array.dtype.kind in "fc" and not np.isfinite(array).all():
             raise Damaged(f"{file} is damaged (its array '{key}' has a value that is not finite)")
@@ -143,12 +152,10 @@ def check_archive(archive: zipfile.ZipFile, packed: int) -> None:
         raise ValueError("its arrays are not as long as it says")
 
 
-def first_error(error: ValidationError) -> str:
-    """First error of a file, from pydantic's report.
-
-    Args:
-        error: It.
-    """
+def _first(error: Any) -> str:
+    """What is wrong; of pydantic's report the first error."""
+    if not hasattr(error, "errors"):
+        return str(error)
     first = error.errors(include_url=False)[0]
     where = ".".join(map(str, first["loc"]))
     return f"{where}: {first['msg']}" if where else str(first["msg"])

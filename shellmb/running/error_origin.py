@@ -2,9 +2,12 @@
 
 import sysconfig
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import shellmb
+from shellmb.errors import ShellmbError
 
 # the package, and what a checkout keeps beside it
 _OURS = Path(shellmb.__file__).parent
@@ -48,3 +51,20 @@ def in_words(error: BaseException) -> str:
     text = f"{kind}: {said}" if said else kind
     frame = user_frame(error)
     return text if frame is None else f"{Path(frame.filename).name}, line {frame.lineno}: {text}"
+
+
+@contextmanager
+def user_failures(kind: type[ShellmbError], says: str, then: str = "") -> Iterator[None]:
+    """Context of a function of the user's: what it raises becomes an error of ours, ours stay.
+
+    Args:
+        kind: Kind of the error.
+        says: Beginning of its sentence, before the exception in words.
+        then: End of its sentence.
+    """
+    try:
+        yield
+    except ShellmbError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise kind(f"{says}: {in_words(error)}{then}") from error

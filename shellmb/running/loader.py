@@ -23,7 +23,7 @@ from typing import Any
 from pydantic import PydanticUserError, TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.running.error_origin import in_words, user_frame
+from shellmb.running.error_origin import in_words, user_failures, user_frame
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
 
@@ -118,13 +118,9 @@ class SceneModule:
         if name not in known:
             has = f"its parameters are {listed(known)}" if known else "it has no parameters"
             raise SceneError(f"scene '{self.name}': there is no parameter '{name}'; {has}")
-        try:
+        says = f"scene '{self.name}': the types of its parameters cannot be determined"
+        with user_failures(SceneError, says):
             hint = typing.get_type_hints(self.module.scene).get(name)
-        except Exception as error:
-            raise SceneError(
-                f"scene '{self.name}': the types of its parameters cannot be determined: "
-                f"{in_words(error)}"
-            ) from error
         if hint is None:
             default = known[name].default
             plain = default is None or default is inspect.Parameter.empty
@@ -331,12 +327,8 @@ def scene_of(make: Callable[..., Any], values: Mapping[str, Any], who: str, call
     Raises:
         SceneError: If the scene is impossible, or the function raises, or returns something else.
     """
-    try:
+    with user_failures(SceneError, f"{who}: {called} fails"):
         made = make(**values)
-    except ShellmbError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise SceneError(f"{who}: {called} fails: {in_words(error)}") from error
     if not isinstance(made, Scene):
         raise SceneError(f"{who}: {called} returns {type(made).__name__}; it must return a Scene")
     return made

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from shellmb.errors import SceneError
-from shellmb.files.reading import Damaged, first_error, read_json
+from shellmb.files.reading import Damaged, read_json, undamaged
 from shellmb.files.writing import add_checksum, checksum, is_intact
 from shellmb.options.described import of_today
 from shellmb.options.run import Options
@@ -154,10 +154,8 @@ def read_request(out: Path | str) -> Request:
             "from Python with the scene"
         )
     try:
-        values = read_json(file)
-        request = Request.from_dict(values)
-    except ValidationError as error:
-        raise SceneError(_unreadable(f"{file} is damaged ({first_error(error)})")) from None
+        with undamaged(file):
+            request = Request.from_dict(read_json(file))
     except Damaged as error:
         raise SceneError(_unreadable(str(error))) from None
     if not is_file_name(request.scene) and request.scene not in demos():

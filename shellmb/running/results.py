@@ -6,9 +6,9 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.errors import RunError, ShellmbError, alike
+from shellmb.errors import RunError, alike
 from shellmb.running.directory import written
-from shellmb.running.error_origin import in_words
+from shellmb.running.error_origin import user_failures
 
 type Results = Callable[..., dict[str, float]]
 
@@ -27,17 +27,13 @@ def measured(
     Raises:
         RunError: If it raises, on any rank, or gives something else than numbers by name.
     """
-    with alike(comm):
-        try:
-            return _numbers(results(made))
-        except ShellmbError:
-            raise
-        except (Exception, SystemExit) as error:
-            raise RunError(
-                f"everything is computed and saved except the results: {in_words(error)}; correct "
-                f"{function}() of the scene"
-                + (", and `shellmb resume` evaluates the run" if function == "results" else "")
-            ) from error
+    then = f"; correct {function}() of the scene"
+    if function == "results":
+        then += ", and `shellmb resume` evaluates the run"
+    says = "everything is computed and saved except the results"
+    with alike(comm), user_failures(RunError, says, then):
+        found = _numbers(results(made))
+    return found
 
 
 def add_results(

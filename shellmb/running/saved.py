@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 from mpi4py import MPI
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from shellmb.errors import SceneError, alike, of_first
-from shellmb.files.reading import Damaged, first_error, read_bytes, read_json
+from shellmb.files.reading import Damaged, read_bytes, read_json, undamaged
 from shellmb.files.writing import checksum, is_intact
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
@@ -140,10 +140,8 @@ def _read_state(file: Path, ranks: int | None) -> dict[str, Any]:
         )
     if not is_intact(values):
         raise Damaged(f"{file} is damaged or was edited (its checksum differs)")
-    try:
+    with undamaged(file):
         state = _State.model_validate(values)
-    except ValidationError as error:
-        raise Damaged(f"{file} is damaged ({first_error(error)})") from None
     if ranks is not None and state.ranks != ranks:
         raise SceneError(
             f"resume: the run was made on {state.ranks} ranks, not {ranks}; resume it with "
@@ -176,11 +174,9 @@ def _check_history(file: Path, state: dict[str, Any]) -> None:
     """The rows that a state counts on."""
     history, now = state["observers"]["history"], state["simulation"]
     count = history["rows"]
-    try:
+    with undamaged(file):
         lines = read_bytes(file).split(b"\n")[: count + 1]
         rows = read_rows(b"\n".join(lines).decode(), count)
-    except ValueError as error:
-        raise Damaged(f"{file} is damaged ({error})") from None
     if checksum(b"\n".join([*lines, b""])) != history["sha256"]:
         raise Damaged(f"{file} is damaged or was edited (its checksum differs)")
     if rows[-1]["step"] != now["step"] or rows[-1]["t"] != now["t"]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, floats_or_nan
 from shellmb.errors import SceneError
 from shellmb.scene import LinearSection, Scene
 from shellmb.scene.lookup import said
@@ -89,10 +89,9 @@ def _surrounding(fields: Fields, name: str, at: Any, who: str) -> tuple[Floats, 
 
     from shellmb.files.grids import read_grid
 
-    try:
-        point = np.asarray(at, dtype=float).reshape(3)
-    except (TypeError, ValueError):
-        raise SceneError(f"{who}: at is {at!r}; it must be a place (x, y, z)") from None
+    point = floats_or_nan(at)
+    if point.shape != (3,):
+        raise SceneError(f"{who}: at is {at!r}; it must be a place (x, y, z)")
     grid: Any = pv.wrap(read_grid(fields.file(name, fields.nearest(None))))
     grid.points = np.array(grid.point_data[REFERENCE])
     number, place = grid.find_closest_cell(point, return_closest_point=True)

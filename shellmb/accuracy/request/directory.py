@@ -22,7 +22,7 @@ from shellmb.accuracy.request.messages import draw, offers
 from shellmb.accuracy.request.search import ModeSearch, Outcome, Running, Search
 from shellmb.errors import SceneError, Stopped, of_first
 from shellmb.files.locks import is_temporary
-from shellmb.files.reading import read_json
+from shellmb.files.reading import read_json, undamaged
 from shellmb.observers.summary import write_json
 from shellmb.options.run import ACCURACY, AccuracyOptions
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
@@ -122,10 +122,9 @@ def wanted_in(out: Path) -> Target:
         SceneError: If the file of the request is damaged.
     """
     stored = read_json(out / ACCURACY)
-    try:
-        return Target(**{f.name: stored[f.name] for f in fields(Target) if f.name in stored})
-    except (KeyError, TypeError) as error:
-        raise SceneError(f"{out / ACCURACY} is damaged ({error})") from None
+    with undamaged(out / ACCURACY):
+        found = Target(**{f.name: stored[f.name] for f in fields(Target) if f.name in stored})
+    return found
 
 
 def coarser(scene: Scene, body: str | None) -> Scene | None:

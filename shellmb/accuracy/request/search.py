@@ -20,7 +20,7 @@ from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store, Target, UnknownQuantity, frequency_number
 from shellmb.accuracy.request.messages import label, line, mesh_label, percent, seconds
 from shellmb.accuracy.run_record import RunRecord, difference
-from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped, of_first
+from shellmb.errors import ConvergenceError, SceneError, ShellmbError, of_first
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult
 from shellmb.running.natural_modes.run import find_modes, write_found
@@ -117,8 +117,6 @@ class Search:
         while True:
             try:
                 run = self._level(change)
-            except Stopped:
-                raise
             except ShellmbError as error:
                 if not self.levels:
                     raise

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from shellmb.api.sensitivity.record import OF_STEPS
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, floats_or_nan
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
@@ -174,10 +174,7 @@ def _noise(
 
 def _noise_of(name: str, given: Any, values: Floats, order: npt.NDArray[np.intp]) -> Floats:
     """Noise of each value of a column in the order of times."""
-    try:
-        found = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        found = np.array(np.nan)
+    found = floats_or_nan(given)
     if found.ndim and found.shape != values.shape:
         raise SceneError(
             f"fit: noise of '{name}' has the shape {found.shape}, and data have {len(values)} "

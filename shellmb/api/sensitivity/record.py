@@ -12,7 +12,7 @@ import pandas as pd
 
 from shellmb.api.record import Run
 from shellmb.errors import SceneError
-from shellmb.files.reading import read_json
+from shellmb.files.reading import read_json, undamaged
 from shellmb.files.writing import write_text
 from shellmb.sensitivity.parameters import Parameter
 
@@ -75,15 +75,13 @@ class Sensitivities:
         file = self.directory / ABOUT
         if not file.is_file():
             raise SceneError(f"{self.directory} holds no {ABOUT}: the run did not come to its end")
-        try:
+        with undamaged(file):
             about = read_json(file)
             self.parameters = tuple(Parameter(**p) for p in about["parameters"])
             self.warnings = tuple(map(str, about["warnings"]))
             # what nothing depends on has derivatives that are zero, whatever round-off there is
             self._independent = frozenset(map(str, about.get("independent", ())))
             self._points: Mapping[str, list[float | None]] = about.get("points", {})
-        except (TypeError, KeyError) as error:
-            raise SceneError(f"{file} is damaged ({error})") from None
         self.run = Run(self.directory / RUN, computed)
 
     @cached_property

@@ -4,10 +4,10 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from shellmb.errors import SceneError
-from shellmb.files.reading import first_error, read_json
+from shellmb.files.reading import read_json, undamaged
 from shellmb.files.writing import write_text
 from shellmb.scene import Scene
 from shellmb.scene.units import Units, parse_units
@@ -109,11 +109,8 @@ def read_described(directory: Path) -> Described:
         if not directory.exists():
             missing = f"there is no directory {directory}"
         raise SceneError(f"{missing}; give the directory of a run or of modes")
-    values = read_json(file)
-    try:
-        found: Described = TypeAdapter(Described).validate_python(values)
-        # they are written as they are read
-        parse_units(found.units)
-        return found
-    except ValidationError as error:
-        raise SceneError(f"{file} is damaged ({first_error(error)})") from None
+    with undamaged(file):
+        found: Described = TypeAdapter(Described).validate_python(read_json(file))
+    # they are written as they are read
+    parse_units(found.units)
+    return found

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, floats_or_nan
 from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,
@@ -108,13 +108,10 @@ def find_axis(
 
 def _three(name: str, values: Any) -> tuple[float, ...]:
     """Three numbers, which the error calls by a name."""
-    try:
-        found = tuple(float(v) for v in values)
-    except (TypeError, ValueError):
-        found = ()
-    if len(found) != 3 or not np.all(np.isfinite(found)):
+    found = floats_or_nan(values)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
         raise SceneError(f"modes: {name} is {show(values)}; it must be three numbers")
-    return found
+    return tuple(found.tolist())
 
 
 def _axes_of_parts(scene: Scene) -> Iterator[tuple[Any, Any]]:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, ShellmbError
-from shellmb.running.error_origin import in_words
+from shellmb.errors import SceneError
+from shellmb.running.error_origin import user_failures
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed, said
 
@@ -119,12 +119,8 @@ def _number(objective: Objective, history: Mapping[str, Floats]) -> float:
         SceneError: If it is no finite number.
     """
     copied = Histories({name: values.copy() for name, values in history.items()})
-    try:
+    with user_failures(SceneError, "adjoint: the objective fails"):
         found: Any = objective(copied)
-    except ShellmbError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise SceneError(f"adjoint: the objective fails: {in_words(error)}") from error
     plain = not isinstance(found, list | tuple) and np.asarray(found).shape == ()
     if not (plain and np.asarray(found).dtype.kind in "fiu" and np.isfinite(found)):
         raise SceneError(f"adjoint: the objective is {_shown(found)}; it must be a finite number")
