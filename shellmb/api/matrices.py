@@ -17,8 +17,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import checks, options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
-from shellmb.scene.lookup import said
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import said, show
 
 if TYPE_CHECKING:
     from shellmb.model.model import Model

@@ -93,19 +93,6 @@ class ModeShapes(StoredResult):
         """Number of rigid-body motions, which are the first modes."""
         return int(self.summary.get("rigid_modes", 0))
 
-    @property
-    def errors(self) -> pd.DataFrame:
-        """Estimated errors, a row for each frequency ("f1") and result; empty without `errors`.
-
-        Columns: value, error, error_mesh, error_step, order_mesh, order_step. What the errors leave
-        out is in ``summary["errors"]["remarks"]``.
-        """
-        import pandas as pd
-
-        results = {k: v for k, v in self.summary["results"].items() if isinstance(v, dict)}
-        found = self.summary.get("errors", {}).get("modes", {})
-        return pd.DataFrame.from_dict({**found, **results}, orient="index")
-
     @cached_property
     def table(self) -> pd.DataFrame:
         """Number, frequency, angular frequency and growth of each mode."""

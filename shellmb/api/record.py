@@ -83,7 +83,34 @@ class StoredResult:
         Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
         seconds (processor time of the run), predicted; empty without ``accuracy``.
         """
-        return read_accuracy(self.directory)
+        import pandas as pd
+
+        file = self.directory / ACCURACY
+        found = read_json(file) if file.is_file() else {}
+        size, rows = found.get("size") or 1.0, []
+        for level in found.get("levels", []):
+            parts = {"error": "error", "error_mesh": "mesh", "error_step": "step"}
+            errors = {k: None if level[v] is None else level[v] / size for k, v in parts.items()}
+            named = {"label": level["label"], "seconds": level["seconds"], "predicted": False}
+            rows.append(named | errors)
+        rows += [offer for offer in found.get("offers", []) if offer["predicted"]]
+        columns = ["label", "error", "error_mesh", "error_step", "seconds", "predicted"]
+        return pd.DataFrame(rows, columns=columns)
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """Estimated errors, a row for each result and each probe's history in a norm, or frequency.
+
+        Columns: value, error, error_mesh, error_step, order_mesh, order_step, and errors of other
+        parts where these are on; empty without ``errors=True``. What the errors leave out is in
+        ``summary["errors"]["remarks"]``.
+        """
+        import pandas as pd
+
+        found = self.summary.get("results", {}), *self.summary.get("errors", {}).values()
+        every = {k: v for part in found if isinstance(part, dict) for k, v in part.items()}
+        rows = {k: v for k, v in every.items() if isinstance(v, dict)}
+        return pd.DataFrame.from_dict(rows, orient="index")
 
 
 class Run(StoredResult):
@@ -145,20 +172,6 @@ class Run(StoredResult):
         with undamaged(file):
             _SUMMARY.validate_python(found)
         return found
-
-    @property
-    def errors(self) -> pd.DataFrame:
-        """Estimated errors, a row for each result and each probe's history in a norm.
-
-        Columns: value, error, error_mesh, error_step, order_mesh, order_step, and errors of other
-        parts where these are on; empty without ``errors=True``. What the errors leave out is in
-        ``summary["errors"]["remarks"]``.
-        """
-        import pandas as pd
-
-        results = {k: v for k, v in self.summary.get("results", {}).items() if isinstance(v, dict)}
-        probes = self.summary.get("errors", {}).get("probes", {})
-        return pd.DataFrame.from_dict({**results, **probes}, orient="index")
 
     @property
     def reserves(self) -> pd.DataFrame:
@@ -395,31 +408,6 @@ class Run(StoredResult):
         from shellmb.show.report import card
 
         return card(self)
-
-
-def read_accuracy(directory: Path) -> pd.DataFrame:
-    """Levels of a request and predictions, a row for each; empty where there are none.
-
-    Args:
-        directory: The directory.
-
-    Returns:
-        Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
-        seconds (processor time of the run), predicted.
-    """
-    import pandas as pd
-
-    file = directory / ACCURACY
-    found = read_json(file) if file.is_file() else {}
-    size, rows = found.get("size") or 1.0, []
-    for level in found.get("levels", []):
-        parts = {"error": "error", "error_mesh": "mesh", "error_step": "step"}
-        errors = {k: None if level[v] is None else level[v] / size for k, v in parts.items()}
-        named = {"label": level["label"], "seconds": level["seconds"], "predicted": False}
-        rows.append(named | errors)
-    rows += [offer for offer in found.get("offers", []) if offer["predicted"]]
-    columns = ["label", "error", "error_mesh", "error_step", "seconds", "predicted"]
-    return pd.DataFrame(rows, columns=columns)
 
 
 def scene_of(scene: Scene | Run | str, options: dict[str, Any], command: str) -> Scene | str:

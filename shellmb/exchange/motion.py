@@ -19,8 +19,7 @@ from shellmb.observers.history import check_columns
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.control.signals import Input, inputs_of, named_inputs
-from shellmb.scene.lookup import listed
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import listed, show
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.simulate.stepping import Arrays, StepInfo
 from shellmb.simulate.stepsize import Count, near

@@ -44,8 +44,7 @@ from shellmb.running.results import Results, add_results, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.checks import ignored_settings
-from shellmb.scene.lookup import said
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import said, show
 from shellmb.simulate.simulation import PAST, Observer, Simulation
 from shellmb.stopping import STOPPING, failing_together
 

@@ -14,7 +14,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, unsaid
+from shellmb.errors import SceneError, of_first, unsaid
 from shellmb.observers.files.checkpoint import Checkpoint, Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import points_and_events
@@ -291,9 +291,7 @@ class PerturbedScene(PerturbedRun):
         self, scene: Scene, folder: Path, columns: str, fields: bool, run: Simulation
     ) -> None:
         self._folder, comm = folder, run.model.comm
-        if comm.rank == 0:
-            folder.mkdir(parents=True, exist_ok=True)
-        comm.Barrier()
+        of_first(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
         simulation = Simulation(scene, comm, run)
         self._standard = StandardObservers(folder, watched=False, accounts=columns == "all")
         assert self._standard.frames is not None

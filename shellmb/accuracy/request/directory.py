@@ -181,9 +181,7 @@ def _search(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[Sear
         except SceneError:
             if search.levels or not ahead:
                 raise
-        if how.comm.rank == 0:
-            shutil.rmtree(out / LEVELS, ignore_errors=True)
-        how.comm.Barrier()
+        of_first(how.comm, lambda: shutil.rmtree(out / LEVELS, ignore_errors=True))
 
 
 def _stored(out: Path) -> dict[str, Any] | None:

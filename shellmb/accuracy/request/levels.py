@@ -106,10 +106,9 @@ class Store:
         Args:
             number: Its number, from 1.
         """
-        if self._comm.rank == 0:
-            shutil.rmtree(self.place(number), ignore_errors=True)
-        self._comm.Barrier()
-        return self.place(number)
+        place = self.place(number)
+        of_first(self._comm, lambda: shutil.rmtree(place, ignore_errors=True))
+        return place
 
     def summary(self, number: int) -> dict[str, Any]:
         """Summary of the run of a level that is done; collective.

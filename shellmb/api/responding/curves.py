@@ -9,8 +9,7 @@ from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats, floats_or_nan
 from shellmb.errors import SceneError
 from shellmb.options.linear import Quantity, ResponseOptions
-from shellmb.scene.lookup import listed
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import listed, show
 
 # of a period of an oscillator between times that its response is found at
 PARTS = 50

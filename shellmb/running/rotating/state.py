@@ -33,9 +33,8 @@ from shellmb.running.rotating.rigid import (
     spinning,
 )
 from shellmb.scene import JointDamper, Motor, Scene
-from shellmb.scene.lookup import listed, said
 from shellmb.scene.schemes import SIMPLEST
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import listed, said, show
 from shellmb.schemes.base import Levels
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
