@@ -108,6 +108,17 @@ class Pair:
         (last, length), (before, _) = self.past[0], self.past[-1]
         return np.asarray(last + (dt / length) * (last - before))
 
+    @property
+    def kinked(self) -> str:
+        """Warning about the `kinks`."""
+        first, more = self.kinks[0], len(self.kinks) - 1
+        return (
+            f"the motion has a kink in '{self.parameter.name}' at t = {first:g}"
+            + (f" and in {more} more steps" if more else "")
+            + ": contact, a stop or friction changes within the distance of the differences; "
+            "derivatives after it are those of one side at best"
+        )
+
     def centre(self) -> None:
         """Move the states of both sides so that their mean is the state of the run."""
         for own, above, below in self._live:

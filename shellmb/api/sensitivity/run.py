@@ -21,12 +21,11 @@ from shellmb.files.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
-from shellmb.sensitivity.parameters import Differentiated, Parameter, differentiated, independent
+from shellmb.sensitivity.parameters import Parameter, differentiated, independent
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Simulation
 
 # communicators of a scene beside a run, those of meshes that are moved left out: seven were seen
@@ -107,14 +106,69 @@ def sensitivities(
             "directory of the one that was stopped, or resume=False"
         )
     from shellmb.running.directory import claimed
+    from shellmb.running.execute import execute
+    from shellmb.running.resume import resume as go_on
+    from shellmb.sensitivity.paths import PathTangents
+    from shellmb.sensitivity.perturbed_run import PerturbedScene
+    from shellmb.sensitivity.tangent import Pair, Tangents
 
     fields = fields and columns == "all"
+    begin = clock.perf_counter()
+    sides: dict[Parameter, list[PerturbedScene]] = {}
+
+    def make(run: Simulation) -> list[Pair]:
+        for p, both in scenes.items():
+            _check_room(run, len(sides), len(scenes))
+            folders = (directory / side_folder(p.name, side) for side in SIDES)
+            with p.named():
+                sides[p] = [
+                    PerturbedScene(scene, folder, columns, fields, run)
+                    for scene, folder in zip(both, folders, strict=True)
+                ]
+        return [Pair(p, above, below) for p, (above, below) in sides.items()]
+
+    paths = base.path is not None
+    tangents = PathTangents(make, at == "load") if paths else Tangents(make)
+    how: dict[str, Any] = {"comm": world, "pictures": False, "results": made.results}
     with claimed(directory, world, new=not resume):
-        computed = _execute(
-            made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at
-        )
+        if resume:
+            run = go_on(directory / RUN, [tangents], scene=base, **how)
+        else:
+            run = execute(base, directory / RUN, [tangents], **how)
+        for side in (side for both in sides.values() for side in both if columns == "all"):
+            side.evaluate(run.summary, clock.perf_counter() - begin, made.results)
+        said += dict.fromkeys(tangents.said)
+        said += [pair.kinked for pair in tangents.pairs if pair.kinks]
+        about = {
+            "scene": base.name,
+            "parameters": [asdict(p) for p in scenes],
+            "independent": [p.name for p in unmoved],
+            "columns": columns,
+            "fields": fields,
+            "warnings": said,
+            "points": tangents.points,
+            "iterations": tangents.iterations,
+        }
+        if world.rank == 0:
+            _write(directory, about, [p for p in scenes if p not in unmoved])
     world.Barrier()
-    return place.held_by(Sensitivities(directory, computed))
+    return place.held_by(Sensitivities(directory, run))
+
+
+def _write(directory: Path, about: dict[str, Any], moved: Sequence[Parameter]) -> None:
+    """Write what was found, with what it says against itself."""
+    write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
+    found = Sensitivities(directory)
+    found.write()
+    zero = [
+        f"no result and no probe depends on '{p.name}' near {p.value:g}: their derivatives by it "
+        "are round-off"
+        for p in moved
+        if found.is_round_off(p)
+    ]
+    if zero:
+        about["warnings"] += zero
+        write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
 
 
 def _check_room(run: Simulation, made: int, count: int) -> None:
@@ -129,88 +183,6 @@ def _check_room(run: Simulation, made: int, count: int) -> None:
         f"has communicators for the scenes beside it of {made}; {advice}, or differentiate one "
         "number by all of them with `adjoint`"
     )
-
-
-def _execute(
-    made: Differentiated,
-    base: Scene,
-    scenes: Mapping[Parameter, tuple[Scene, Scene]],
-    unmoved: Sequence[Parameter],
-    directory: Path,
-    said: list[str],
-    comm: MPI.Comm,
-    columns: str,
-    fields: bool,
-    resumed: bool,
-    at: str,
-) -> RunResult:
-    """Run the scene with those beside it, and write what there is of each."""
-    from shellmb.running.execute import execute
-    from shellmb.running.resume import resume
-    from shellmb.sensitivity.paths import PathTangents
-    from shellmb.sensitivity.perturbed_run import PerturbedScene
-    from shellmb.sensitivity.tangent import Pair, Tangents
-
-    begin = clock.perf_counter()
-    sides: dict[Parameter, list[PerturbedScene]] = {}
-
-    def make(run: Simulation) -> list[Pair]:
-        for p, both in scenes.items():
-            _check_room(run, len(sides), len(scenes))
-            with p.named():
-                sides[p] = [
-                    PerturbedScene(
-                        scene, directory / side_folder(p.name, side), columns, fields, run
-                    )
-                    for scene, side in zip(both, SIDES, strict=True)
-                ]
-        return [Pair(p, above, below) for p, (above, below) in sides.items()]
-
-    paths = base.path is not None
-    tangents = PathTangents(make, at == "load") if paths else Tangents(make)
-    how: dict[str, Any] = {"comm": comm, "pictures": False, "results": made.results}
-    if resumed:
-        result = resume(directory / RUN, [tangents], scene=base, **how)
-    else:
-        result = execute(base, directory / RUN, [tangents], **how)
-    if columns == "all":
-        for both in sides.values():
-            for side in both:
-                side.evaluate(result.summary, clock.perf_counter() - begin, made.results)
-    said += dict.fromkeys(tangents.said)
-    for pair in tangents.pairs:
-        if pair.kinks:
-            first, count = pair.kinks[0], len(pair.kinks)
-            said.append(
-                f"the motion has a kink in '{pair.parameter.name}' at t = {first:g}"
-                + (f" and in {count - 1} more steps" if count > 1 else "")
-                + ": contact, a stop or friction changes within the distance of the differences; "
-                "derivatives after it are those of one side at best"
-            )
-    if comm.rank == 0:
-        about = {
-            "scene": base.name,
-            "parameters": [asdict(p) for p in scenes],
-            "independent": [p.name for p in unmoved],
-            "columns": columns,
-            "fields": fields,
-            "warnings": said,
-            "points": tangents.points,
-            "iterations": tangents.iterations,
-        }
-        write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
-        found = Sensitivities(directory)
-        found.write()
-        zero = [
-            f"no result and no probe depends on '{p.name}' near {p.value:g}: their derivatives by "
-            "it are round-off"
-            for p in scenes
-            if p not in unmoved and found.is_round_off(p)
-        ]
-        if zero:
-            about["warnings"] = [*said, *zero]
-            write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
-    return result
 
 
 # relative distance of the scenes at both sides: eigenvalues have twelve digits
