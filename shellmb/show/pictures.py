@@ -101,7 +101,7 @@ def _draw(
     described = read_described(directory)
     file = directory / "summary.json"
     summary = read_json(file) if file.exists() else {}
-    along = "mode" if "frequencies_hz" in summary else "t"
+    along = "mode" if (directory / "modes.csv").is_file() else "t"
     fields = Fields(directory / "fields", described.bodies, described.labels, along)
     try:
         if along == "mode":

@@ -12,6 +12,7 @@ import pytest
 import shellmb as sm
 from shellmb.demos.verification.problems.linear_shells import compressed_plate
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.show.space.display import why_not
 from shellmb.simulate.buckling import linear_buckling
 
 E, SIDE = 70e9, 0.01
@@ -81,8 +82,10 @@ def test_a_plate_in_shear_buckles_under_either_sign() -> None:
     assert found.load_factors[0] == pytest.approx(exact, rel=0.05)
 
 
-def test_buckling_is_written_and_read_back(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    found = sm.modes(column((-EULER, 0, 0)), tmp_path / "b", 2, buckling=True, pictures=False)
+def test_buckling_is_written_drawn_and_read_back(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """Directories of modes of any kind are drawn as such: these were taken for those of runs."""
+    found = sm.modes(column((-EULER, 0, 0)), tmp_path / "b", 2, buckling=True)
+    assert (tmp_path / "b" / "modes.png").is_file() == (why_not() is None)
     again = sm.load(tmp_path / "b")
     assert isinstance(again, sm.ModeShapes)
     assert found.load_factors == again.load_factors and len(found.load_factors) == 2
