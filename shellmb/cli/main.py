@@ -24,7 +24,6 @@ from shellmb.cli.options import (
     of_checkout,
     offers,
     requested,
-    requested_run,
     without_types,
 )
 from shellmb.cli.report import announce, finish, print_list, print_numbers, say
@@ -203,8 +202,20 @@ def modes(
     """
     chosen, accuracy = take(ModesOptions, elements), take_accuracy(elements)
     elements["errors"] = elements["errors"] or None
-    wanted, state = requested_run(scene, chosen.state, chosen.at is not None, parameters, elements)
-    chosen, module = replace(chosen, state=state), wanted.module
+    # the scene may be that of a run, whose steps may be taken again
+    run = Path(scene) if chosen.state is None and Path(scene).is_dir() else None
+    of = run or (chosen.state if chosen.at is not None else None)
+    if of is None:
+        wanted = requested(scene, parameters, **elements)
+    else:
+        from shellmb.api.runs import Requested
+        from shellmb.running.request import scene_of_run
+
+        if parameters or any(elements[name] for name in ELEMENTS):
+            raise SceneError(f"modes: {of} holds a run, which has its own mesh and parameters")
+        wanted = Requested(*scene_of_run(of, "modes", None if run is not None else scene))
+        chosen = replace(chosen, state=of)
+    module = wanted.module
     chosen.check(accuracy is not None or bool(elements["errors"]))
     if check and (chosen.moving or chosen.buckling):
         raise SceneError("modes: --check is given with a state or --buckling; leave it out")

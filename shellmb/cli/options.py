@@ -16,7 +16,7 @@ from typer.core import TyperCommand
 from shellmb.errors import SceneError
 from shellmb.options.described import Option, option, options_of
 from shellmb.options.linear import numbers
-from shellmb.options.run import ELEMENTS, Options
+from shellmb.options.run import Options
 
 if TYPE_CHECKING:
     from shellmb.api.runs import Requested
@@ -137,37 +137,6 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
     from shellmb.running.request import parse_parameters
 
     return resolved(scene, parse_parameters(parameters or []), **options)
-
-
-def requested_run(
-    scene: str,
-    state: Path | str | None,
-    again: bool,
-    parameters: list[str] | None,
-    elements: dict[str, Any],
-) -> tuple[Requested, Path | str | None]:
-    """The request of a scene that may be that of a run, and the run's directory.
-
-    Args:
-        scene: Name of a scene or its file, or the run directory of a bundled scene.
-        state: Run directory of the scene.
-        again: Whether the run's steps are taken again, for which the scene is the run's own.
-        parameters: As of `requested`.
-        elements: Options of the mesh.
-
-    Raises:
-        SceneError: If what a run has of its own is given, too, or there is no such run.
-    """
-    run = Path(scene) if state is None and Path(scene).is_dir() else None
-    given = run or (state if again else None)
-    if given is None:
-        return requested(scene, parameters, **elements), state
-    from shellmb.api.runs import Requested
-    from shellmb.running.request import scene_of_run
-
-    if parameters or any(elements[name] for name in ELEMENTS):
-        raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")
-    return Requested(*scene_of_run(given, "modes", None if run is not None else scene)), given
 
 
 def default_directory(name: str) -> Path:

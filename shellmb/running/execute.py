@@ -175,8 +175,18 @@ def execute(
         except BaseException as error:
             failure = error
         before = setup_warnings([*ignored_settings.doubts(scene), *simulation.doubts])
+        wall = clock.perf_counter() - begin
+        failed = None if failure is None else str(failure) or type(failure).__name__
+        if isinstance(failure, KeyboardInterrupt):
+            failed = INTERRUPTED
+        sources, own = standard.sources, simulation.scene
+        rows, energy = sources.history.rows, sources.energy
+        watches = [w for w in standard.watches if rows and not (w.runs and failure)]
         with _no_exit():
-            result = _result(simulation, standard, directory, begin, failure, before, measure)
+            found = (*before, *(each for watch in watches for each in watch.cautions(simulation)))
+            summary = summarise(simulation, sources, wall, failed)
+            summary |= points_and_events(simulation) | {"warnings": [c.to_dict() for c in found]}
+        result = RunResult(own, simulation, rows, summary, energy, directory, found, measure)
         try:
             with written(directory, comm):
                 # with errors there are bands of these in pictures, which are drawn behind them
@@ -209,28 +219,6 @@ def _no_exit() -> Iterator[None]:
 def _say(line: str) -> None:
     if MPI.COMM_WORLD.rank == 0:
         _log.warning(line)
-
-
-def _result(
-    simulation: Simulation,
-    standard: StandardObservers,
-    directory: Path | None,
-    begin: float,
-    failure: BaseException | None,
-    before: tuple[RunWarning, ...],
-    measure: Results | None,
-) -> RunResult:
-    wall = clock.perf_counter() - begin
-    failed = None if failure is None else str(failure) or type(failure).__name__
-    if isinstance(failure, KeyboardInterrupt):
-        failed = INTERRUPTED
-    rows = standard.sources.history.rows
-    watches = [w for w in standard.watches if rows and not (w.runs and failure)]
-    found = (*before, *(each for watch in watches for each in watch.cautions(simulation)))
-    summary = summarise(simulation, standard.sources, wall, failed)
-    summary |= points_and_events(simulation) | {"warnings": [c.to_dict() for c in found]}
-    energy = standard.sources.energy
-    return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found, measure)
 
 
 def _write(result: RunResult, standard: StandardObservers, pictures: bool) -> None:
