@@ -226,7 +226,12 @@ def find_companions(
         fewer = _fewer(family, coarse) if has_resultants(scene) else None
         mesh, better = _mesh_pair(family, base, coarse, scene)
         if mesh is not None and better and has_resultants(scene):
-            meshes = _three_meshes(family, coarse, scene, mesh, fewer)
+            # fewer and fewer elements; none where a third run costs too much
+            if fewer is not None:
+                meshes = *mesh, fewer
+            elif 16 * elements_of(scene) <= FEW:
+                more = family.run(replace(coarse, mesh=4 * coarse.mesh))
+                meshes = () if more is None else (more, *mesh)
     others: dict[str, tuple[RunRecord, RunRecord, float] | None] = {}
     for name, change, share in _others(scene, coarse):
         here, there = family.run(coarse), family.run(change)
@@ -276,22 +281,6 @@ def _fewer(family: Family, coarse: Change) -> RunRecord | None:
     # that is no fault, as four times the elements tell the same
     family.failures.pop(change, None)
     return found
-
-
-def _three_meshes(
-    family: Family,
-    coarse: Change,
-    scene: Scene,
-    pair: tuple[RunRecord, RunRecord],
-    fewer: RunRecord | None,
-) -> tuple[RunRecord, ...]:
-    """Three runs with fewer and fewer elements; none where a third one costs too much."""
-    if fewer is not None:
-        return *pair, fewer
-    if 16 * elements_of(scene) > FEW:
-        return ()
-    more = family.run(replace(coarse, mesh=4 * coarse.mesh))
-    return () if more is None else (more, *pair)
 
 
 def _others(scene: Scene, coarse: Change) -> list[tuple[str, Change, float]]:

@@ -200,8 +200,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "growth and frequency change places in the table",
         "shellmb/running/rotating/files.py",
-        "(modes.frequencies[k], value.imag, value.real,",
-        "(modes.frequencies[k], value.real, value.imag,",
+        'modes.values.imag + 0.0,\n        "growth_per_s": modes.values.real + 0.0,',
+        'modes.values.real + 0.0,\n        "growth_per_s": modes.values.imag + 0.0,',
         (f"{HERTZ}::test_modes_at_rates",),
     ),
     Fault(
