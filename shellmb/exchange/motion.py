@@ -380,8 +380,7 @@ class PartnerWork(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Add the work of a step."""
-        last = simulation.last
-        assert last is not None
+        last = simulation.solved
         if self._drives:
             self.work += simulation.problem.support_work(self._moved)
         if self._forces is None:

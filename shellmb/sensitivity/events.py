@@ -100,8 +100,7 @@ def ends(run: Simulation, sides: Sides, name: str, solve: Callable[[float], Floa
     Raises:
         ConvergenceError: If the length of the step changes by half of it.
     """
-    step, crossed = run.last, run.control.crossed
-    assert step is not None
+    step, crossed = run.solved, run.control.crossed
     since, unit = sides[0].since, UNIT * step.dt
     here, longer, shorter = (
         _ahead(sides, solve(since + change), crossed) for change in (0.0, unit, -unit)
@@ -131,10 +130,9 @@ def _ahead(sides: Sides, found: Floats, crossed: Sequence[int]) -> list[Floats]:
 
 def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tuple[float, list[str]]:
     """By how much later than the run the upper side ends at its events, s, and what to say."""
-    assert run.last is not None
     watches = [run.control.watches[k] for k in run.control.crossed]
     names = [watch.event.name for watch in watches]
-    end = run.last.t + run.last.dt
+    end = run.solved.t + run.solved.dt
     fixed = [run.control.next, *run.landing.times]
     if any(abs(end - t) <= near(end, run.size.nominal) for t in fixed):
         return 0.0, [_held(name, end, "a step has to end at this time") for name in names]
@@ -148,7 +146,7 @@ def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tupl
     if not moves.any():
         return 0.0, said
     first = float(until[moves][np.argmax(over[moves])])
-    if np.abs(until[moves] - first).max() > SAME * abs(first) + ROUND_OFF * run.last.dt:
+    if np.abs(until[moves] - first).max() > SAME * abs(first) + ROUND_OFF * run.solved.dt:
         said.append(
             f"events {listed(names)} happen at once at t = {end:g}, and one after the other with "
             "other parameters; derivatives after it are those of one side at best"

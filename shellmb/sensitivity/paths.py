@@ -115,9 +115,8 @@ class PathTangents(Tangents):
         It moves by `f' = -(x.dR/dp) / (x.dR/df)`, `x` being the left null vector of the Jacobian
         there, whose factors are those that the run made last: how the point moves does not matter.
         """
-        path, last = _path(simulation), simulation.last
+        path, last = _path(simulation), simulation.solved
         found = path.limit
-        assert last is not None
         normal, dot = path.normal, path.bordered.dot
         if found is not None:
             self._u = found.unknowns
@@ -162,8 +161,7 @@ class PathTangents(Tangents):
         held, size = path.on_level or self._holds(ahead), path.branches.size_of
         # derivatives smaller than this are round-off of displacements
         least = STEP * size(u)
-        assert simulation.last is not None
-        d, delta, now = STEP * pair.guess(simulation.last.dt), 0.0, np.inf
+        d, delta, now = STEP * pair.guess(simulation.solved.dt), 0.0, np.inf
         for _ in range(MOST):
             a = self._inverse(self._difference(pair, d, ahead.factor, delta))
             if held:

@@ -188,8 +188,7 @@ class Tangents(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Find the derivatives of the step that the run has just solved."""
-        assert simulation.last is not None
-        step, others = simulation.last, []
+        step, others = simulation.solved, []
         self._now[:] = simulation.problem.system.x.array_r
         for pair in self.pairs:
             self.said += pair.corners.met(step.t, step.dt)
@@ -210,8 +209,7 @@ class Tangents(BaseObserver):
             check_begun(simulation, pair.sides, pair.parameter.name)
         if not (simulation.control.crossed or pair.above.since):
             return False
-        step, kinks = simulation.last, len(pair.kinks)
-        assert step is not None
+        step, kinks = simulation.solved, len(pair.kinks)
 
         def prepare(until: float) -> None:
             for side, later in zip(pair.sides, (until, -until), strict=True):
@@ -261,9 +259,8 @@ class Tangents(BaseObserver):
         self, simulation: Simulation, pair: Pair
     ) -> Generator[tuple[Kind, bool], float, None]:
         """Iteration of one parameter: asks for updates, and gets their relative sizes."""
-        assert simulation.last is not None
         both = pair.both
-        last, iteration = simulation.last, simulation.problem.iteration
+        last, iteration = simulation.solved, simulation.problem.iteration
         both.d[:] = STEP * pair.guess(last.dt)
         lags, now = iteration.refresh.purpose is Purpose.LAGGED, 1.0
         # old factors contract about as they did, which tells of which sides an update is; whether

@@ -166,6 +166,12 @@ class Simulation(Restartable):
         self.setup_seconds = now() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
 
+    @property
+    def solved(self) -> StepInfo:
+        """The last step that was solved; there has been one."""
+        assert self.last is not None
+        return self.last
+
     def _size(self) -> StepSize:
         """Make what chooses the step."""
         control, dt = self.scene.step_control, self.scene.dt

@@ -125,9 +125,8 @@ class Momentum(DeferredObserver):
         """Take the impulses of the step."""
         if not self._dynamic:
             return
-        assert simulation.last is not None
-        self._impulse.take(simulation.last.dt, row)
-        speed = self._length / simulation.last.dt
+        self._impulse.take(simulation.solved.dt, row)
+        speed = self._length / simulation.solved.dt
         self._slowest = max(self._slowest, SLOWEST * self._mass * speed)
         self.account.raise_floor(self._mass * (STILL * speed) ** 2 / 2)
 

@@ -198,8 +198,7 @@ class EndForceColumns(KeptColumns):
 
     def accepted(self, simulation: Simulation) -> None:
         """Solve at the new state."""
-        assert simulation.last is not None
-        dt = simulation.last.dt
+        dt = simulation.solved.dt
         self._solution.solve(simulation.t, dt)
         if self._impulses is not None:
             # the solution has begun with the projection of the velocities

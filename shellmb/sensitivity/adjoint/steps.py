@@ -96,8 +96,7 @@ class Steps(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Keep a step."""
-        assert simulation.last is not None
-        self.times.append((simulation.last.t, simulation.last.dt))
+        self.times.append((simulation.solved.t, simulation.solved.dt))
         if self.states is None:
             self._kept.append(_step(len(self._kept), simulation.problem))
 
