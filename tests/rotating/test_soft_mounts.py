@@ -130,3 +130,54 @@ def test_rigid_bodies_swing_at_any_rate(w: float, t_end: float | None) -> None:
     np.testing.assert_allclose(sm.linearise(scene).poles(2) / w, exact)
     still = np.array(sm.modes(scene, count=2).frequencies)
     np.testing.assert_allclose(2 * np.pi * still / w, [1, 2])
+
+
+# of frequencies: the round-off of such stiffness is 7e-3 of their squares at most
+LOST = 4e-3
+
+
+def test_a_plate_that_hardly_bends_swings_by_its_weight() -> None:
+    """As a rigid one, `omega^2 = 3/2 g/L/(1 + t^2/(4 L^2))`; it bends 3e4 times as fast."""
+    metal = sm.Isotropic(E=1e16, nu=0.3, thickness=0.02, density=7800.0)
+    scene = sm.Scene(
+        "hung",
+        sm.Shell("plate", sm.Rectangle(1.0, 0.3), metal, mesh=(4, 2)),
+        supports=sm.Hinged("left"),
+        loads=sm.Gravity((9.81, 0.0, 0.0)),
+        start="equilibrium",
+        scheme="ep",
+        dt=1e-3,
+        t_end=2e-3,
+    )
+    exact = np.sqrt(1.5 * 9.81 / (1 + 0.02**2 / 4))
+    at_rest = sm.modes(scene, count=1, loaded=True, pictures=False)
+    state = sm.modes(sm.run(scene, pictures=False), count=1, pictures=False)
+    for found in (at_rest, state):
+        assert found.rigid == 0
+        np.testing.assert_allclose(values_of(found).imag, exact, rtol=1e-4)
+    for constraints in ("eliminated", "kept"):
+        system = sm.linearise(scene, at="equilibrium", constraints=constraints)
+        np.testing.assert_allclose(system.poles(1), 1j * exact, rtol=LOST)
+
+
+def test_a_blade_that_hardly_bends_flaps_at_its_rate() -> None:
+    """`omega^2 = Omega^2 (1 + 3/2 e/L/(1 + t^2/(4 L^2)))` at a hinge `e` beside the axis."""
+    rate, aside = 30.0, 0.1
+    stiff = sm.RectangularSection(E=1e17, nu=0.3, width=0.1, height=0.02, density=2700.0)
+    scene = sm.Scene(
+        "blade",
+        beams=sm.Beam("blade", sm.Line((aside, 0, 0), (1 + aside, 0, 0)), stiff, elements=4),
+        rigid_bodies=sm.RigidBody("hub", 5.0, (0.1,) * 3),
+        joints=[
+            sm.Revolute("axle", sm.GROUND, "hub", at=(0, 0, 0), axis=(0, 0, 1)),
+            sm.Revolute("flap", "hub", "blade", at=(aside, 0, 0), axis=(0, 1, 0)),
+        ],
+        scheme="ep4",
+        dt=1e-3,
+        t_end=1e-2,
+    )
+    found = sm.modes(scene, rates=[rate], count=2, axis=(0, 0, 1), pictures=False)
+    exact = rate * np.sqrt(1 + 1.5 * aside / (1 + 0.02**2 / 4))
+    # the rotation about the axle is the other one; quotients of four elements: 1.5e-4
+    assert found.at(rate).rigid == 1
+    np.testing.assert_allclose(found.table["omega_rad_per_s"], [0.0, exact], rtol=3e-4)

@@ -16,6 +16,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
+from shellmb.simulate.eigenmodes import ROUND_OFF
 from shellmb.system.direct.mumps import Inertia, new_prefix
 from shellmb.system.direct.symmetry import is_symmetric
 from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, quotients, shift_and_invert
@@ -31,9 +32,12 @@ ROUNDS = 10
 CROWDED = ((1.0, 16), (1.37, 16))
 
 # Eigenvalues below the first part of the shift may be zero: a double one, as of a free rotation, is
-# found to the square root of round-off. They are below the second part, and where nothing resists
-# but so many times the round-off of stiffness and spin: of bodies that spin up to 5e5 were seen.
+# found to the square root of round-off. Of bodies that spin they are below the second part, and
+# where nothing resists but so many times the round-off of stiffness and spin: up to 5e5 were seen.
 NEUTRAL, FOUND, NOISE = 3e-3, 1e-5, 5e6
+# Vectors are cleared of others. What is left makes zeros of the first part of the shift (3e-10 was
+# seen), and where something spins of the second one (8e-6)
+MIXED, TILTED = 1e-8, 1e-4
 
 # all that is so slow is nearer to the shift than this part of it, and found before what is not
 BEYOND = 1.01
@@ -153,13 +157,19 @@ def told_from_zero(
     slow = [k for k, pair in enumerate(pairs) if abs(pair.value) < NEUTRAL * shift]
     if not slow:
         return found
-    held, spun = (_round_off(A, M, [pairs[k] for k in slow]) for A in (K, C))
-    least = np.maximum(NOISE * (held + spun**2 / np.finfo(float).eps), (FOUND * shift) ** 2)
-    for k, square in zip(slow, least, strict=True):
-        pair = pairs[k]
-        size, damping = abs(pair.value), abs(product(C, pair, pair) / product(M, pair, pair))
-        if size * max(size, damping) < square:
-            found[k] = pair._replace(value=STILL * pair.value)
+    mixed = MIXED
+    if not is_symmetric(C):
+        # of what spins all that is clearly more than the error of vectors keeps its value
+        mixed = TILTED
+        held, spun = (_round_off(A, M, [pairs[k] for k in slow]) for A in (K, C))
+        least = np.maximum(NOISE * (held + spun**2 / np.finfo(float).eps), (FOUND * shift) ** 2)
+        sizes = np.array([abs(pairs[k].value) for k in slow])
+        rates = [abs(product(C, p, p) / product(M, p, p)) for p in (pairs[k] for k in slow)]
+        slow = np.asarray(slow)[sizes * np.maximum(sizes, rates) < least].tolist()
+    for k, pair in zip(slow, _cleared([pairs[k] for k in slow], K, C, M, shift), strict=True):
+        value = _nearest([1.0, *(_above(A, M, pair) for A in (C, K))], pair.value)
+        still = abs(value) < mixed * shift
+        found[k] = pair._replace(value=STILL * pair.value if still else value)
     return found
 
 
@@ -237,6 +247,35 @@ def _round_off(A: PETSc.Mat, M: PETSc.Mat, pairs: Sequence[Pair]) -> Floats:
     return quotients(A, M, [max(p[1:], key=lambda vector: vector.norm()) for p in pairs])[1]
 
 
+def _above(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> complex:
+    """`v^H A v/(v^H M v)`; zero where it may be round-off."""
+    size = product(A, pair, pair) / product(M, pair, pair)
+    return size if abs(size) > ROUND_OFF * _round_off(A, M, [pair])[0] else 0.0
+
+
+def _cleared(
+    pairs: Sequence[Pair], K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, shift: float
+) -> Iterator[Pair]:
+    """Pairs without what Arnoldi's method mixes into them: fast ones, and violated constraints."""
+    near = NEUTRAL * shift
+    solver = _factored(K + near * C + near**2 * M)
+    for pair in pairs:
+        s, (_, a, b) = pair.value + near, pair
+        found = a.duplicate(), b.duplicate()
+        solver.solve(s.real * (M * a) - s.imag * (M * b) + C * a, found[0])
+        solver.solve(s.real * (M * b) + s.imag * (M * a) + C * b, found[1])
+        yield Pair(pair.value, *found)
+
+
+def _factored(A: PETSc.Mat) -> PETSc.KSP:
+    """Solver with factors of a matrix."""
+    solver = PETSc.KSP().create(A.getComm())
+    solver.setOperators(A)
+    solver.setType(PETSc.KSP.Type.PREONLY)
+    factors_of_mumps(solver, solver)
+    return solver
+
+
 def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
     """A pair that oscillates with the nearest root of `v^H T(s) v`.
 
@@ -245,9 +284,14 @@ def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
     """
     if pair.value.imag == 0:
         return pair
-    roots = np.roots([product(A, pair, pair) for A in (M, C, K)])
-    nearest = min([*roots, np.inf], key=lambda root: abs(root - pair.value))
-    return pair._replace(value=complex(nearest)) if np.isfinite(nearest) else pair
+    value = _nearest([product(A, pair, pair) for A in (M, C, K)], pair.value)
+    return pair._replace(value=value)
+
+
+def _nearest(parts: Sequence[complex], value: complex) -> complex:
+    """The root of a polynomial that is nearest to a value; the value itself without any."""
+    nearest = min([*np.roots(parts), np.inf], key=lambda root: abs(root - value))
+    return complex(nearest) if np.isfinite(nearest) else value
 
 
 def _first(
@@ -427,11 +471,7 @@ class Relaxing:
         b, x = matrix.createVecLeft(), matrix.createVecRight()
         n = first.getLocalSize()
         b.array[:n], b.array[n:] = first.array, second.array
-        solver = PETSc.KSP().create(self.K.getComm())
-        solver.setOperators(matrix)
-        solver.setType(PETSc.KSP.Type.PREONLY)
-        factors_of_mumps(solver, solver)
-        solver.solve(b, x)
+        _factored(matrix).solve(b, x)
         found = self.K.createVecRight(), self.K.createVecRight()
         found[0].array[:], found[1].array[:] = x.array[:n], x.array[n:]
         return Pair(s, *found)
