@@ -151,6 +151,27 @@ def test_equilibrium_of_a_chain_with_springs(stiffness: float, rod, watch) -> No
         assert stiffness * turn == pytest.approx(moment, rel=1e-6)
 
 
+@pytest.mark.parametrize("dt", [1e-3, 1e-6, 1e-8])
+def test_an_equilibrium_does_not_depend_on_the_step(dt: float) -> None:
+    """Kind: steps so short that masses hold everything, as nothing moves in one by its weight."""
+    scene = Scene(
+        "hung",
+        rigid_bodies=RigidBody("bob", 2.0, (1.0,) * 3),
+        joints=Prismatic("rail", GROUND, "bob", at=(0, 0, 0), axis=(0, 0, 1)),
+        force_elements=JointSpring("spring", "rail", stiffness=2 * 9.81 / 0.01),
+        loads=Gravity((0, 0, -9.81)),
+        start="equilibrium",
+        scheme="ep",
+        dt=dt,
+        t_end=2 * dt,
+    )
+    simulation = Simulation(scene)
+    simulation.run()
+    rigid = simulation.model.rigid
+    place = simulation.problem.levels[rigid.name].q.x.array[rigid.local("bob", "u")]
+    np.testing.assert_allclose(place, [0.0, 0.0, -0.01], atol=1e-10)
+
+
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_a_hanging_chain_stays_at_rest(scheme: str, alpha: float, rod, watch) -> None:
     ends = [(0.0, 0.0, -0.5 * k) for k in range(4)]

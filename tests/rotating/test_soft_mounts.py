@@ -154,7 +154,7 @@ def test_a_plate_that_hardly_bends_swings_by_its_weight() -> None:
     state = sm.modes(sm.run(scene, pictures=False), count=1, pictures=False)
     for found in (at_rest, state):
         assert found.rigid == 0
-        np.testing.assert_allclose(values_of(found).imag, exact, rtol=1e-4)
+        np.testing.assert_allclose(values_of(found).imag, exact, rtol=1e-5)
     for constraints in ("eliminated", "kept"):
         system = sm.linearise(scene, at="equilibrium", constraints=constraints)
         np.testing.assert_allclose(system.poles(1), 1j * exact, rtol=LOST)

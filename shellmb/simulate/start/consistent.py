@@ -272,6 +272,9 @@ def flight(bodies: Sequence[Body], levels: Mapping[str, Levels], dt: float) -> f
 
 # equilibrium: least and largest number of steps, growth of tau, and motion in a step at its end
 GROWTH, STEPS, AT_REST = 4.0, 60, 1e-10
+# Forces hold bodies, and not their masses, where `moved/tau^2` is this part of the largest one, or
+# where `tau` is as long as the run, and so many times as long as at first
+HELD, LONG = 1e-6, 1e3
 
 
 class Frame(Protocol):
@@ -429,14 +432,15 @@ class Relaxation(Instant):
         Raises:
             ConvergenceError: If none is reached.
         """
-        tau = self.tau
+        tau, fastest, long = self.tau, 0.0, max(self.model.scene.t_end, LONG * self.tau)
         for _ in range(STEPS):
             try:
                 moved = self.step(tau, 1.0)
             except ConvergenceError:
                 tau /= GROWTH**2
                 continue
-            if moved < AT_REST:
+            fastest = max(fastest, moved / tau**2)
+            if moved < AT_REST and (moved <= HELD * fastest * tau**2 or tau >= long):
                 return
             tau *= GROWTH
         raise ConvergenceError(
