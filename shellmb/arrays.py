@@ -1,4 +1,4 @@
-"""Types of NumPy arrays, by what they hold, and arrays of what a user gives."""
+"""Types of NumPy arrays, by what they hold, and real numbers of what is given."""
 
 from typing import Any
 
@@ -12,13 +12,26 @@ Bools = npt.NDArray[np.bool_]
 Complex = npt.NDArray[np.complex128]
 
 
-def floats_or_nan(given: Any) -> Floats:
-    """What is given as an array; one NaN where it is none of numbers.
+def reals(given: Any) -> Floats:
+    """Real numbers in an array: of complex ones NumPy would drop the imaginary parts.
+
+    Raises:
+        TypeError: If something is complex, or no number.
+        ValueError: If something is no number, or rows differ in length.
+    """
+    found = np.asarray(given)
+    if np.iscomplexobj(found):
+        raise TypeError("it has complex numbers")
+    return np.asarray(found, dtype=float)
+
+
+def reals_or_nan(given: Any) -> Floats:
+    """Real numbers in an array; one NaN where something else is given.
 
     Args:
         given: Numbers, or anything.
     """
     try:
-        return np.asarray(given, dtype=float)
+        return reals(given)
     except (OverflowError, TypeError, ValueError):
         return np.array(np.nan)

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from shellmb.api.responding.reduction import Unknowns, lowest_modes
 from shellmb.api.responding.system import LinearSystem, StateSpace
 from shellmb.api.runs import refuse_ranks, requested
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats, Ints, reals
 from shellmb.errors import SceneError
 from shellmb.options.described import checks, options_of, takes
 from shellmb.options.run import ELEMENTS, Options
@@ -135,7 +135,7 @@ class Matrices:
 
     def _rows(self, name: str, given: Any) -> Floats:
         try:
-            found = np.atleast_2d(np.eye(self.size) if given is None else np.asarray(given, float))
+            found = np.atleast_2d(np.eye(self.size) if given is None else reals(given))
         except (OverflowError, TypeError, ValueError):
             raise SceneError(f"matrices: {name} are {show(given)}; they must be rows") from None
         if found.shape[1:] != (self.size,):

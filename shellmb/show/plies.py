@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from shellmb.arrays import Floats, floats_or_nan
+from shellmb.arrays import Floats, reals_or_nan
 from shellmb.errors import SceneError
 from shellmb.scene import LinearSection, Scene
 from shellmb.scene.lookup import said
@@ -89,7 +89,7 @@ def _surrounding(fields: Fields, name: str, at: Any, who: str) -> tuple[Floats, 
 
     from shellmb.files.grids import read_grid
 
-    point = floats_or_nan(at)
+    point = reals_or_nan(at)
     if point.shape != (3,):
         raise SceneError(f"{who}: at is {at!r}; it must be a place (x, y, z)")
     grid: Any = pv.wrap(read_grid(fields.file(name, fields.nearest(None))))

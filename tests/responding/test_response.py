@@ -176,6 +176,7 @@ def test_shock_spectra_of_a_half_sine() -> None:
         (([0.0, 1.0], [0, 0], [0.0]), "frequencies must be positive"),
         (([0.0, 1.0], [0, np.nan], [1.0]), "acceleration is .*; it must be finite numbers"),
         (([0.0, 1.0], [0, 0], [1.0], None), "damping is None; it must be finite numbers"),
+        (([0.0, 1.0], np.ones(2) * 1j, [1.0]), "acceleration is .*; it must be finite numbers"),
     ],
 )
 def test_shock_spectra_of_nothing(given: Any, said: str) -> None:

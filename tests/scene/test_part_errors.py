@@ -76,6 +76,8 @@ BAD = {
     "points of a circle": lambda: Arc((0, 0, 0), (1, 0, 0), (2, 0, 0)),
     "parametric curve: function returns an array of shape (231,) for 231 points; it must be (3, "
     "231)": lambda: ParametricCurve(lambda xi: xi),
+    "parametric curve: function fails (it has complex numbers); it must give (3, 231) numbers for "
+    "231 points": lambda: ParametricCurve(lambda xi: np.stack([1j * xi] * 3)),
     "parametric curve: function returns a number that is not finite": lambda: ParametricCurve(
         lambda xi: NAN * np.stack([xi] * 3)
     ),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, reals
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
 
@@ -117,9 +117,9 @@ def covariance_of(names: Sequence[str], given: Any) -> Floats:
             found = np.diag(np.where(deviations >= 0, deviations, np.nan) ** 2)
         elif hasattr(given, "loc"):
             _check_names(names, list(given.columns))
-            found = given.loc[list(names), list(names)].to_numpy(dtype=float)
+            found = reals(given.loc[list(names), list(names)])
         else:
-            found = np.asarray(given, dtype=float)
+            found = reals(given)
     except (TypeError, ValueError, KeyError, AttributeError):
         found = np.array(np.nan)
     if not np.isfinite(found).all():

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from shellmb.api.sensitivity.record import OF_STEPS
-from shellmb.arrays import Floats, floats_or_nan
+from shellmb.arrays import Floats, reals, reals_or_nan
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
@@ -111,7 +111,7 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
         times = table.index.to_numpy().astype(float, casting="same_kind")
         order = np.argsort(times, kind="stable")
         times, table = times[order], table.iloc[order]
-        values = {str(name): np.asarray(table[name], dtype=float) for name in table.columns}
+        values = {str(name): _column(name, table[name]) for name in table.columns}
     except (AttributeError, TypeError, ValueError) as error:
         raise SceneError(
             f"fit: data is no table of numbers ({error}); it must be a pandas DataFrame of columns "
@@ -152,6 +152,13 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
     return found
 
 
+def _column(name: Any, given: pd.Series | pd.DataFrame) -> Floats:
+    try:
+        return reals(given)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"column '{name}': {error}") from None
+
+
 def _noise(
     given: Any, values: Mapping[str, Floats], order: npt.NDArray[np.intp]
 ) -> dict[str, Floats]:
@@ -174,7 +181,7 @@ def _noise(
 
 def _noise_of(name: str, given: Any, values: Floats, order: npt.NDArray[np.intp]) -> Floats:
     """Noise of each value of a column in the order of times."""
-    found = floats_or_nan(given)
+    found = reals_or_nan(given)
     if found.ndim and found.shape != values.shape:
         raise SceneError(
             f"fit: noise of '{name}' has the shape {found.shape}, and data have {len(values)} "

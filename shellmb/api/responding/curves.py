@@ -6,7 +6,7 @@ from typing import Any, get_args
 import numpy as np
 
 from shellmb.api.responding.system import GROUND
-from shellmb.arrays import Floats, floats_or_nan
+from shellmb.arrays import Floats, reals_or_nan
 from shellmb.errors import SceneError
 from shellmb.options.linear import Quantity, ResponseOptions
 from shellmb.scene.values.validate import listed, show
@@ -159,7 +159,7 @@ def shock_spectrum(
 
 
 def _floats(name: str, given: Any, what: str = "response") -> Floats:
-    found = floats_or_nan(given)
+    found = reals_or_nan(given)
     if not np.all(np.isfinite(found)):
         raise SceneError(f"{what}: {name} is {show(given)}; it must be finite numbers")
     return found

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.arrays import Floats, floats_or_nan
+from shellmb.arrays import Floats, reals_or_nan
 from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,
@@ -108,7 +108,7 @@ def find_axis(
 
 def _three(name: str, values: Any) -> tuple[float, ...]:
     """Three numbers, which the error calls by a name."""
-    found = floats_or_nan(values)
+    found = reals_or_nan(values)
     if found.shape != (3,) or not np.all(np.isfinite(found)):
         raise SceneError(f"modes: {name} is {show(values)}; it must be three numbers")
     return tuple(found.tolist())

@@ -10,7 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from shellmb.arrays import Complex, Floats, Ints, floats_or_nan
+from shellmb.arrays import Complex, Floats, Ints, reals_or_nan
 from shellmb.errors import SceneError
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import check_count
@@ -228,7 +228,7 @@ def campbell(
 
 
 def _checked(rates: Sequence[float]) -> list[float]:
-    given = floats_or_nan(rates)
+    given = reals_or_nan(rates)
     rising = given.ndim == 1 and len(given) and given[0] >= 0 and np.all(np.diff(given) > 0)
     if not rising or not np.all(np.isfinite(given)):
         raise SceneError(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, reals
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import in_words, show
 
@@ -211,7 +211,7 @@ def points_by(who: str, right: str, function: Callable[..., Any], *parameters: F
     """
     size = parameters[0].size
     with refusing(f"{who} fails", right):
-        x = np.asarray(function(*parameters), dtype=float)
+        x = reals(function(*parameters))
     if x.shape != (3, size):
         raise SceneError(
             f"{who} returns an array of shape {x.shape} for {size} points; it must be (3, {size})"
