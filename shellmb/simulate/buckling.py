@@ -13,7 +13,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, TooFewModesError
+from shellmb.errors import SceneError, TooFewModesError, UnheldError
 from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
@@ -89,7 +89,16 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
                 f"buckling: own body '{own.name}' has strains of its own, of whose forces there is "
                 "no stiffness here; follow its path instead, path=PathFollowing()"
             )
-    state = Simulation(still, comm)
+    try:
+        state = Simulation(still, comm)
+    except UnheldError as error:
+        # a load may hold them, and has none of its stiffness in a linear solution
+        motions = str(error).removeprefix("statics: ").partition("; add ")[0]
+        raise UnheldError(
+            f"buckling: factors multiply a linear solution, where {motions}; hold them by "
+            "supports, by joints that leave less free (Universal, not Spherical), or by springs so "
+            "weak that they do not change the factors"
+        ) from None
     model, _ = checked_model(still, comm, state.model.force)
     state.run()
     # resultants and multipliers, in the reference configuration

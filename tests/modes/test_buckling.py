@@ -95,6 +95,33 @@ def test_buckling_is_written_drawn_and_read_back(tmp_path) -> None:  # type: ign
     assert np.max(np.abs(shape)) == pytest.approx(1.0) and abs(shape[:, 2]).max() == 1.0
 
 
+def pinned(end: sm.scene.Joint, **more: Any) -> sm.Scene:
+    """A column on a joint at its start, which is guided along itself at its end."""
+    guided = sm.Fixed("end", displacement=(None, 0.0, 0.0))
+    scene = column((-EULER, 0, 0), joints=end, **more)
+    return replace(scene, supports=guided)
+
+
+@pytest.mark.parametrize("weak", [False, True])
+def test_columns_with_pins_buckle_as_euler_says(weak: bool) -> None:
+    """Free motions are named, and what the error says of them works: joints, or weak springs."""
+    free = sm.Spherical("pin", sm.GROUND, "column", at=(0, 0, 0))
+    with pytest.raises(SceneError, match=r"'column' can turn about x .*; hold them .*Universal"):
+        linear_buckling(pinned(free), MPI.COMM_WORLD, 1)
+    axes = {"axis": (0, 1, 0), "second_axis": (0, 0, 1)}
+    pin: Any = sm.Universal("pin", sm.GROUND, "column", at=(0, 0, 0), **axes)
+    exact, scene = 4.0, pinned(pin)
+    if weak:
+        # a link that hardly anything holds falls at `k/L`
+        pin = sm.Revolute("pin", sm.GROUND, "column", at=(0, 0, 0), axis=(0, 1, 0))
+        spring, exact = sm.JointSpring("spring", "pin", stiffness=1e-3), 1e-3 / EULER
+        scene = column((-EULER, 0, 0), joints=pin, force_elements=spring)
+        scene = replace(scene, supports=())
+    found = linear_buckling(scene, MPI.COMM_WORLD, 1)
+    # three elements to a half wave
+    np.testing.assert_allclose(found.factors, exact, rtol=4e-3)
+
+
 def test_bad_input_gets_a_sentence() -> None:
     free = replace(column((1.0, 0, 0)), loads=())
     with pytest.raises(SceneError, match="the scene has no load"):
