@@ -3,8 +3,10 @@
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
+import shellmb as sm
 from shellmb.errors import SceneError
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.campbell import campbell
@@ -108,10 +110,17 @@ def test_axis_of_the_scene() -> None:
         find_axis(both)
 
 
-@pytest.mark.parametrize("rates", [[], [-1.0], [2.0, 1.0], [float("nan")], 3.0, ["x"]])
+@pytest.mark.parametrize("rates", [[], [-1.0], [2.0, 1.0], [np.nan], 3.0, ["x"], np.ones(1) * 1j])
 def test_rates(rates: Any) -> None:
     with pytest.raises(SceneError, match=r"rates are .*must be one or more numbers"):
         campbell(scene(joints=AXLE), rates, axis=(0, 0, 1))
+
+
+def test_rates_of_numpy_are_rates() -> None:
+    """Sequences of options are arrays, too: these ended in NumPy's error about truth values."""
+    rates = np.linspace(0.0, 2.0, 2)
+    found = sm.modes(scene(joints=AXLE), rates=rates, axis=(0, 0, 1), count=1, pictures=False)
+    assert found.rates == rates.tolist()
 
 
 @pytest.mark.parametrize(

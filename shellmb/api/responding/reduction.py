@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from shellmb.arrays import Floats, Ints
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, warn
 
 if TYPE_CHECKING:
     from petsc4py import PETSc
@@ -26,6 +27,8 @@ type Matrices = tuple[sp.csr_array, ...]
 
 # singular values of constraints below this part of the largest are zero
 DEPENDENT = 1e-9
+# squares of frequencies that differ by less than this part are one, of symmetric bodies
+SAME = 1e-6
 # parts of states that are forces of constraints, and those that are resultants
 MULTIPLIERS, RESULTANTS = ("lam", "mu", "hold"), ("N", "S")
 
@@ -247,13 +250,16 @@ def refined(pair: Pair, matrices: Sequence[sp.csr_array], even: bool) -> complex
     return complex(min([*roots, np.inf], key=lambda root: abs(root - pair.value)))
 
 
-def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, Floats]:
+def lowest_modes(
+    K: sp.csr_array, M: sp.csr_array, count: int, within: float = 0.0
+) -> tuple[Floats, Floats]:
     """The lowest undamped modes, normalised to a mass of one.
 
     Args:
         K: Stiffness, of which the symmetric part counts.
         M: Mass.
         count: How many, at most as coordinates.
+        within: Frequency below which they have to be complete [Hz].
 
     Returns:
         Squares of the angular frequencies, shape (count,) [rad^2/s^2], and the modes as
@@ -269,9 +275,17 @@ def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, 
     scale = abs(K.diagonal()).max() / abs(M.diagonal()).max()
     shift = -1e-9 * float(scale)
     even = (0.5 * (K + K.T)).tocsc()
-    if count < size:
-        values, vectors = spla.eigsh(even, count, M.tocsc(), sigma=shift)
+    wanted = min(count + 1, most)
+    if wanted < size:
+        values, vectors = spla.eigsh(even, wanted, M.tocsc(), sigma=shift)
     else:
         values, vectors = la.eigh(even.toarray(), M.toarray())
     order = np.argsort(values)
-    return values[order], vectors[:, order]
+    last, *beyond = values[order[count - 1 :]]
+    hertz = math.sqrt(max(last, 0.0)) / (2 * math.pi)
+    if beyond and beyond[0] - last < SAME * last and hertz < within:
+        warn(
+            f"linearise: modes is {count}, and mode {count + 1} has the frequency of the last one, "
+            f"{hertz:.6g} Hz; which part of both is left out depends on round-off: take one more"
+        )
+    return values[order[:count]], vectors[:, order[:count]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -34,6 +35,8 @@ SUPPORT = re.compile(r"support\d+\.")
 CHANGE, SHARE, FEW, MOST = 0.08, 1e-6, 150, 20000
 # a frequency in place of zero, Hz
 STILL = 1e-6
+# modes beyond so many times the largest frequency follow as in statics
+BESIDE = 2.0
 
 
 @checks
@@ -169,7 +172,9 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
         raise SceneError("response: the scene has no probes and no joints; add probes")
     order, f = ORDERS[chosen.quantity], np.asarray(chosen.frequencies, dtype=float)
     if chosen.modes is not None:
-        every = damped(every.modal(chosen.modes, static=True), chosen.damping)
+        # estimates by spectra have all modes
+        within = math.inf if spectra else BESIDE * float(f.max())
+        every = damped(every.modal(chosen.modes, True, within), chosen.damping)
     part = every.select(names)
     if chosen.absolute:
         part = part.absolute()

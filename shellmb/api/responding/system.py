@@ -163,7 +163,7 @@ class LinearSystem:
             D[order][:, base] += own[:, base]
         return replace(self, F=F, D=D)
 
-    def modal(self, count: int, static: bool = False) -> LinearSystem:
+    def modal(self, count: int, static: bool = False, within: float = 0.0) -> LinearSystem:
         """The system reduced to its lowest undamped modes, normalised to a mass of one.
 
         Prescribed motions move the modes by the shapes that they give the system slowly.
@@ -172,13 +172,14 @@ class LinearSystem:
             count: Number of modes.
             static: Whether the other modes follow forces as in statics, in `D`; of what relaxes
                 by coordinates without mass, whose stiffness depends on the frequency, too.
+            within: As of `lowest_modes`.
 
         Raises:
             SceneError: If constraints are kept, or there are not so many modes.
         """
         if self.kept:
             raise SceneError("linearise: modes have no constraints; leave out constraints='kept'")
-        values, V = lowest_modes(self.K, self.M, count)
+        values, V = lowest_modes(self.K, self.M, count, within)
         F, D = [f.copy() for f in self.F], [d.copy() for d in self.D]
         slow = SLOW * self.shift**2
         follows = spla.splu((self.K + slow * self.M).tocsc()).solve(F[0])

@@ -44,7 +44,7 @@ def find_campbell(scene: Scene, comm: MPI.Comm, count: int, chosen: ModesOptions
         ConvergenceError: If an equilibrium or the modes do not converge.
     """
     turning = chosen.loaded, chosen.axis, chosen.about
-    found = campbell(scene, chosen.rates or (), comm, count, *turning)
+    found = campbell(scene, () if chosen.rates is None else chosen.rates, comm, count, *turning)
     entries = _head(chosen.loaded, found.axis) | {
         "rates_rad_per_s": found.rates,
         "stable": not found.unstable,
