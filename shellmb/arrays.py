@@ -12,8 +12,12 @@ Bools = npt.NDArray[np.bool_]
 Complex = npt.NDArray[np.complex128]
 
 
-def reals(given: Any) -> Floats:
+def reals(given: Any, who: str = "it") -> Floats:
     """Real numbers in an array: of complex ones NumPy would drop the imaginary parts.
+
+    Args:
+        given: The numbers.
+        who: What errors call them.
 
     Raises:
         TypeError: If something is complex, or no number.
@@ -21,7 +25,7 @@ def reals(given: Any) -> Floats:
     """
     found = np.asarray(given)
     if np.iscomplexobj(found):
-        raise TypeError("it has complex numbers")
+        raise TypeError(f"{who} has complex numbers")
     return np.asarray(found, dtype=float)
 
 

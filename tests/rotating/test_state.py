@@ -19,7 +19,7 @@ from shellmb.errors import SceneError
 from shellmb.running.rotating.axis import find_axis
 from shellmb.running.rotating.campbell import campbell
 from shellmb.running.rotating.linearised import SteadyRotation
-from shellmb.running.rotating.modes import modes_at, modes_of
+from shellmb.running.rotating.modes import RotatingModes, modes_of
 from shellmb.running.rotating.state import MovingState, check_state
 from shellmb.scene import (
     Beam,
@@ -41,6 +41,11 @@ from shellmb.scene import (
 from shellmb.simulate.simulation import Simulation
 
 UP = (0.0, 0.0, 1.0)
+
+
+def modes_at(turning: Any, rate: float, count: int) -> RotatingModes:
+    turning.go(rate)
+    return modes_of(turning, count)
 
 
 def top(spin: float, scheme: str = "ep4", **more: Any) -> Scene:

@@ -331,7 +331,7 @@ def test_rankings_of_parameters_of_any_sign(E: float, said: float) -> None:
         (GOOD, ("E",), {"bounds": {"E": 3}}, "bounds of 'E' are 3; they must be two numbers"),
         (GOOD, ("E",), {"bounds": {"E": ("a", 1)}}, "bounds of 'E' are .* must be two numbers"),
         (GOOD.assign(tip=[0, np.inf, 0]), ("E",), {}, "'tip' of data has an infinite value"),
-        (GOOD.assign(tip=[0, 1j, 0]), ("E",), {}, "column 'tip': it has complex numbers"),
+        (GOOD.assign(tip=[0, 1j, 0]), ("E",), {}, "column 'tip' has complex numbers"),
         (GOOD, ("E",), {"noise": {"tip": np.ones(3) * 1j}}, "noise of 'tip' is .* be positive"),
         (pd.concat([GOOD, GOOD[["tip"]]], axis=1), ("E",), {}, "has the column 'tip' twice"),
         (GOOD.assign(end=np.nan), ("E",), {}, "column 'end' of data has no value; leave it out"),

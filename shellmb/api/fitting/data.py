@@ -111,7 +111,7 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
         times = table.index.to_numpy().astype(float, casting="same_kind")
         order = np.argsort(times, kind="stable")
         times, table = times[order], table.iloc[order]
-        values = {str(name): _column(name, table[name]) for name in table.columns}
+        values = {str(name): reals(table[name], f"column '{name}'") for name in table.columns}
     except (AttributeError, TypeError, ValueError) as error:
         raise SceneError(
             f"fit: data is no table of numbers ({error}); it must be a pandas DataFrame of columns "
@@ -150,13 +150,6 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
             "than parameters"
         )
     return found
-
-
-def _column(name: Any, given: pd.Series | pd.DataFrame) -> Floats:
-    try:
-        return reals(given)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"column '{name}': {error}") from None
 
 
 def _noise(

@@ -26,7 +26,6 @@ from shellmb.running.natural_modes.vibration import equilibrium
 from shellmb.running.resume import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.linearised import Linearised, SteadyRotation
-from shellmb.running.rotating.quadratic import NEUTRAL
 from shellmb.running.rotating.state import STEADY, MovingState, check_state
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
@@ -278,7 +277,7 @@ def _doubt(state: Linearised, system: LinearSystem) -> None:
     if not isinstance(state, MovingState):
         return
     sizes = np.abs(system.poles(10))
-    drift = state.unsteady.drift(min(sizes[sizes > NEUTRAL * state.shift], default=state.shift))
+    drift = state.unsteady.drift(min(sizes[sizes > 0], default=state.shift))
     if drift > STEADY:
         warn(
             f"linearise: the state at t = {state.time:g} is no steady motion: it moves by "

@@ -235,17 +235,16 @@ def scipy_matrix(A: PETSc.Mat) -> sp.csr_array:
     return sp.csr_array((entries, columns, ends), shape=A.getSize())
 
 
-def refined(pair: Pair, matrices: Sequence[sp.csr_array], even: bool) -> complex:
+def refined(pair: Pair, matrices: Sequence[sp.csr_array]) -> complex:
     """The eigenvalue to the square of the error of its vectors, from the right and the left one."""
-    left = v = pair.real.array + 1j * pair.imaginary.array
-    if not even:
-        whole = sum(pair.value**power * A for A, power in zip(matrices, (2, 1, 0), strict=True))
-        try:
-            inner = spla.splu(sp.csc_array(whole, dtype=np.complex128))
-        except RuntimeError:
-            # it is an eigenvalue to the last digit
-            return pair.value
-        left, v = inner.solve(v, "T"), inner.solve(v)
+    v = pair.real.array + 1j * pair.imaginary.array
+    whole = sum(pair.value**power * A for A, power in zip(matrices, (2, 1, 0), strict=True))
+    try:
+        inner = spla.splu(sp.csc_array(whole, dtype=np.complex128))
+    except RuntimeError:
+        # it is an eigenvalue to the last digit
+        return pair.value
+    left, v = inner.solve(v, "T"), inner.solve(v)
     roots = np.roots([left @ (A @ v) for A in matrices])
     return complex(min([*roots, np.inf], key=lambda root: abs(root - pair.value)))
 

@@ -330,7 +330,7 @@ class LinearSystem:
         from mpi4py import MPI
         from petsc4py import PETSc
 
-        from shellmb.running.rotating.quadratic import NEUTRAL, motions
+        from shellmb.running.rotating.quadratic import motions
         from shellmb.system.direct.symmetry import is_symmetric
 
         def petsc(A: sp.csr_array) -> Any:
@@ -342,10 +342,8 @@ class LinearSystem:
         springs = dict(zip(self.times, map(petsc, self.branches), strict=True))
         zero, above = motions((k, c, m), springs, count, self.shift)
         values = [pair.value for pair in above]
-        if not springs:
-            # left vectors are the right ones, but vectors of what may be zero are less exact
-            exact = NEUTRAL * self.shift if is_symmetric(k) and is_symmetric(c) else np.inf
-            values = [refined(pair, matrices, abs(pair.value) > exact) for pair in above[:count]]
+        if not (springs or (is_symmetric(k) and is_symmetric(c))):
+            values = [refined(pair, matrices) for pair in above[:count]]
         return np.array([*[0.0] * len(zero), *values], dtype=np.complex128)[:count]
 
     def to_scipy(self, modes: int | None = None) -> Any:

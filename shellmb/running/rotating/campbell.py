@@ -11,12 +11,12 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from shellmb.arrays import Complex, Floats, Ints, reals_or_nan
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, petsc_in_words
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import check_count
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.linearised import SteadyRotation
-from shellmb.running.rotating.modes import SPARE, RotatingModes, modes_at
+from shellmb.running.rotating.modes import SPARE, RotatingModes, modes_of
 from shellmb.running.rotating.quadratic import Pair, product
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
@@ -187,6 +187,7 @@ def track(found: Sequence[RotatingModes], mass: PETSc.Mat) -> Ints:
     return np.array(branches).T
 
 
+@petsc_in_words()
 @assembled_as(lambda scene, *_, **__: scene.solver)
 def campbell(
     scene: Scene,
@@ -220,7 +221,10 @@ def campbell(
     if turns:
         check_steady(scene, line, loaded)
     rotating = SteadyRotation(scene, line, comm, loaded)
-    found = [modes_at(rotating, rate, count, SPARE) for rate in given]
+    found = []
+    for rate in given:
+        rotating.go(rate)
+        found.append(modes_of(rotating, count, SPARE))
     branches = track(found, rotating.mass)
     # those that the wanted modes are on, at whatever rate
     wanted = ((branches >= 0) & (branches < count)).any(axis=0)

@@ -12,7 +12,7 @@ from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.shapes import Shape, nodal_shape, parts_of, scaled
-from shellmb.running.rotating.linearised import Linearised, SteadyRotation
+from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.quadratic import NEUTRAL, STILL, Pair, motions, product, turned
 from shellmb.running.rotating.rigid import FreeMotions
 
@@ -101,24 +101,6 @@ class RotatingModes:
             ("forward" if w > 0 else "backward") if abs(w) > WHIRLS and s.imag > 0 else ""
             for w, s in zip(self.whirl, self.values, strict=True)
         )
-
-
-@petsc_in_words()
-@assembled_as(lambda rotating, *_, **__: rotating.model.scene.solver)
-def modes_at(rotating: SteadyRotation, rate: float, count: int, spare: int = 0) -> RotatingModes:
-    """Modes about the relative equilibrium at a rate.
-
-    Args:
-        rotating: The scene.
-        rate: Rate, rad/s.
-        count: Number of modes.
-        spare: Number of more of them that are found if there are so many.
-
-    Raises:
-        ConvergenceError: If there is no equilibrium, or there are fewer modes.
-    """
-    rotating.go(rate)
-    return modes_of(rotating, count, spare)
 
 
 @petsc_in_words()
