@@ -131,4 +131,4 @@ def test_what_supports_deform_is_off_by_its_forces() -> None:
     pulls = sm.Potential("pull", lambda at, p: at.u[2], at="right")
     scene = replace(scene, supports=sm.Clamped("left"), potentials=pulls)
     (warning,) = sm.run(scene, pictures=False).summary["warnings"]
-    assert "% of its largest displacement" in warning["says"]
+    assert "% of its deformation, of up to 0.0025 m" in warning["says"]

@@ -11,6 +11,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
 import pytest
 
 import shellmb as sm
@@ -58,6 +59,38 @@ def halves(cell: Any, load: sm.EdgeForce) -> Scene:
     return replace(whole, shells=pieces, joins=join, loads=loads)
 
 
+def arm(cell: Any, name: str, section: sm.Isotropic, load: Any) -> Scene:
+    """A strip on a hinge at the end of another one, which bends far more than it."""
+    bends, surface = beam(cell, supports=sm.Clamped("left", body="strip")), replace(STRIP)
+    far = sm.Shell(name, replace(surface, origin=(1.0, 0.0, 0.0)), section, (6, 1), cell=cell)
+    return replace(
+        bends,
+        shells=(*bends.shells, far),
+        joints=sm.EdgeHinge("hinge", "strip", name, at="right", second_at="left"),
+        loads=(sm.SurfaceForce((0.0, 0.0, 1e-6), body="strip"), load),
+        t_end=100.0,
+    )
+
+
+def wing(times: int) -> Scene:
+    """A clamped panel, and a flap that a spring swings out, nearly rigid."""
+    skin = sm.Isotropic(E=70e9, nu=0.3, thickness=2e-3, density=2700)
+    panel, flap = sm.Rectangle(0.5, 0.3), sm.Rectangle(0.3, 0.3, origin=(0.5, 0, 0))
+    return Scene(
+        "wing",
+        [
+            sm.Shell("panel", panel, skin, mesh=(2 * times, times)),
+            sm.Shell("flap", flap, skin, mesh=(2 * times, 2 * times)),
+        ],
+        supports=sm.Clamped("left", body="panel"),
+        joints=sm.EdgeHinge("hinge", "panel", "flap", at="right", second_at="left"),
+        force_elements=sm.JointSpring("spring", "hinge", 2.0, rest=1.75),
+        scheme="ed3",
+        dt=0.005,
+        t_end=0.05,
+    )
+
+
 def sheet(cell: Any, supports: Any, load: Any) -> Scene:
     """A sheet of 2x1 in its plane."""
     shell = sm.Shell("sheet", sm.Rectangle(2.0, 1.0), plain(1e-3), (8, 4), cell=cell)
@@ -71,6 +104,9 @@ PINS = (
 )
 DOWN = sm.EdgeForce("top", (0.0, -1e-9, 0.0))
 CORNER = sm.PointForce((2.0, 0.5, 0.0), (0.0, 1e-9, 0.0))
+TWIST = sm.SurfaceForce(
+    lambda x: np.stack([0 * x[0], 0 * x[0], 1e-5 * (x[1] - 0.05) * (x[0] - 1.5)]), body="light"
+)
 HINGE = sm.EdgeHinge("hinge", sm.GROUND, "strip", second_at="left")
 KICK = sm.EdgeForce("right", (0.0, 0.0, 1e-6), time=lambda t: float(t < 3))
 DRIVEN = sm.Driven(AROUND, rotation=lambda t: 1e-5 * t)
@@ -110,6 +146,10 @@ def scenes(cell: Any) -> dict[str, tuple[Scene, float]]:
             moving(tube(Mesh(cell, (4, 4)), 2e-2, sm.Pressure(4e-7))),
             6.8 if quad else 20.6,
         ),
+        "twisted beside what bends": (
+            arm(cell, "light", sm.Isotropic(1.0, 0.3, thickness=1e-2, density=1e-3), TWIST),
+            5.1 if quad else 6.7,
+        ),
         "two pins": (sheet(cell, PINS, DOWN), RIGHT),
         "point force": (sheet(cell, sm.Clamped("left"), CORNER), RIGHT),
     }
@@ -126,6 +166,23 @@ def test_within_a_factor_of_two(name: str, cell: Any) -> None:
     said = sum(100 * (c.value or 0.0) for c in watch.cautions(simulation))
     print(f"{name}, {cell}: {said:.1f} %, true {true} %, in {process_time() - start:.1f} s")
     assert true / 2 < said < 2 * true if true > 2 else said == 0.0
+
+
+def test_what_flies_is_off_by_its_own_deformation() -> None:
+    """Not by that which its neighbour has in its place, beside which it was off by 97 %.
+
+    Over ten steps its energy is 3.6 % more than on elements that are a quarter as wide, on those
+    that are half as wide 0.4 %.
+    """
+    said = []
+    for times in (1, 2):
+        simulation, watch = Simulation(wing(times)), Coarse(None)  # type: ignore[arg-type]
+        simulation.run([watch])
+        said.append(list(watch.cautions(simulation)))
+    (caution,), nothing = said
+    assert not nothing
+    assert caution.body == "flap" and 0.018 < (caution.value or 0.0) < 0.072
+    assert "5 % of its deformation, of up to 0.00033 m" in caution.says
 
 
 def test_what_moves_rigidly_has_no_error() -> None:
@@ -149,7 +206,7 @@ def test_what_rolls_is_no_linear_scene() -> None:
         scene.with_options(scheme="linear-statics", dt=scene.t_end)
     simulation, watch = Simulation(scene), Coarse(None)  # type: ignore[arg-type]
     simulation.run([watch])
-    assert compared(simulation, {"shell": state(simulation, "shell")}) is None
+    assert not compared(simulation, {"shell": state(simulation, "shell")}, ["shell"])
     assert all("jumps of resultants" in caution.says for caution in watch.cautions(simulation))
 
 
@@ -160,7 +217,7 @@ def test_a_path_that_a_support_drives_far_ends_as_any_other() -> None:
     path = {"scheme": "static", "path": sm.PathFollowing(), "dt": 0.25}
     simulation = Simulation(Scene("twisted", shells, supports=ends, **path))
     simulation.run([])
-    compared(simulation, {"strip": state(simulation, "strip")})
+    compared(simulation, {"strip": state(simulation, "strip")}, ["strip"])
 
 
 class Stop(BaseObserver):

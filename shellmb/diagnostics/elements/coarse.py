@@ -27,7 +27,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.diagnostics.base import Cautions, Sampled, said_of
-from shellmb.diagnostics.elements.finer import BOUND, REMEDY, compared, energy_of
+from shellmb.diagnostics.elements.finer import BOUND, REMEDY, Error, compared, energy_of
 from shellmb.diagnostics.elements.locking import Mesh, Roughness, excess
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
@@ -83,24 +83,23 @@ class Coarse(Sampled):
             signs = Signs(simulation.model, name)
             if signs.doubtful(q, half * q, self._most[name]):
                 doubted[name] = signs
-        finer = compared(simulation, self._states) if doubted else None
+        errors = compared(simulation, self._states, doubted) if doubted else {}
         for name, signs in doubted.items():
-            if finer is not None and name in finer.off:
-                off, how = finer.off[name], finer.how
-            else:
+            if (error := errors.get(name)) is None:
                 q = self._states[name]
                 share = signs.rough.energy(q) / self._most[name]
-                off, how = excess(shells[name], q, share), "by jumps of resultants"
-            if off > BOUND:
+                part = excess(shells[name], q, share)
+                error = Error(part, "its largest displacement", "by jumps of resultants")
+            if error.part > BOUND:
                 # what moved supports alone deform has its displacements from them
                 loaded = scene.loads or scene.volumes or shells[name].shell.natural
                 alone = scene.static and not loaded and not all(map(at_rest, scene.supports))
-                of_what = "the forces of its supports" if alone else "its largest displacement"
+                of_what = "the forces of its supports" if alone else error.of
                 says = (
-                    f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of {of_what}, "
-                    f"{how}: {REMEDY}"
+                    f"{said_of(simulation, name)} is off by about {100 * error.part:.0f} % of "
+                    f"{of_what}, {error.how}: {REMEDY}"
                 )
-                yield self.caution(name, off, BOUND, says)
+                yield self.caution(name, error.part, BOUND, says)
 
 
 class Signs:

@@ -28,6 +28,7 @@ from shellmb.preprocessing.modal.tangent import bending_scales
 from shellmb.scene import Scene, Shell
 from shellmb.scene.loads.loads import PointForce, SurfaceForce
 from shellmb.scene.loads.supports import at_rest
+from shellmb.scene.settings import StepControl
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
@@ -58,15 +59,17 @@ KEPT = "shells supports joins beams rigid_bodies joints glues redundant solver".
 REMEDY = "its elements are too coarse or too distorted; use finer or more regular ones, or degree=3"
 
 
-class Finer(NamedTuple):
-    """A comparison.
+class Error(NamedTuple):
+    """Error of a shell.
 
     Args:
-        off: Errors by names of shells, as parts of the largest displacement.
-        how: What it is, in words.
+        part: The part.
+        of: What it is a part of, in words.
+        how: The comparison, in words.
     """
 
-    off: dict[str, float]
+    part: float
+    of: str
     how: str
 
 
@@ -139,17 +142,20 @@ def beyond(here: Any, wider: Any, widest: Any) -> Any:
     return change / np.maximum(before / np.maximum(change, 1e-300) - 1, 3) / np.abs(here)
 
 
-def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | None:
+def compared(
+    simulation: Simulation, states: Mapping[str, Floats], doubted: Iterable[str]
+) -> dict[str, Error]:
     """Compare shells with better elements; collective.
 
     Args:
         simulation: The run, at its end.
         states: Local arrays of shells where they are deformed most.
+        doubted: Names of those that are asked for.
 
     Returns:
-        None where there is no comparison.
+        Errors by names of shells; of those that cannot be compared there are none.
     """
-    scene, shells, found = simulation.scene, simulation.model.shells, None
+    scene, shells, found = simulation.scene, simulation.model.shells, dict[str, Error]()
     flat = {name for name, body in shells.items() if not Mesh(body).curved}
     still: dict[str, Any] = {"scheme": "linear-statics", "dt": scene.t_end}
     bent = (
@@ -161,32 +167,34 @@ def compared(simulation: Simulation, states: Mapping[str, Floats]) -> Finer | No
         # what stretches as it bends carries loads otherwise than small ones, by layers around
         # points that hold it: all loads act at once, those of a motion as they are at its end
         whole = partial(scene.with_options, scheme="static", dt=scene.t_end)
-        if found := _beside(simulation, whole, False):
+        if found := _beside(simulation, whole):
             return found
     if scene.static:
-        found = _beside(simulation, lambda: scene.with_options(**still), False)
-    if found is None and scene.supports and (scene.static or len(flat) < len(shells)):
+        found = _beside(simulation, lambda: scene.with_options(**still))
+    if not found and scene.supports and (scene.static or len(flat) < len(shells)):
         still_there = tuple(s.still for s in scene.supports)
         held = partial(replace, scene, supports=still_there, assemble=False)
-        found = _beside(simulation, lambda: held().with_options(**still), False)
-    shape = partial(_shaped, simulation, states)
-    if found is None:
-        return _beside(simulation, shape, True)
+        found = _beside(simulation, lambda: held().with_options(**still))
     # where points are pulled along a body it moves the more the finer elements are, as flat ones do
     # that points hold or joints pull
-    doubted = {
+    again = {
         name
-        for name, off in found.off.items()
-        if off > BOUND
-        and (
-            _pulled(simulation, name)
-            or (name in flat and (scene.joints or any(_points(simulation, name))))
+        for name in doubted
+        if name not in found
+        or (name in flat and not scene.static)
+        or (
+            found[name].part > BOUND
+            and (
+                _pulled(simulation, name)
+                or (name in flat and (scene.joints or any(_points(simulation, name))))
+            )
         )
     }
-    doubted |= set() if scene.static else flat
-    if doubted and (shaped := _beside(simulation, shape, True)):
-        again = {name: off for name, off in shaped.off.items() if name in doubted}
-        return found._replace(off=found.off | again)
+    # one after the other: what is beside it may deform it otherwise than it did
+    for names in _pieces(scene, states):
+        if again.intersection(names):
+            errors = _by_shape(simulation, states, names)
+            found |= {name: errors[name] for name in again.intersection(names, errors)}
     return found
 
 
@@ -214,13 +222,15 @@ def _stretched(simulation: Simulation, name: str) -> bool:
     return simulation.model.comm.allreduce(along) > 3.5 and any(_points(simulation, name))
 
 
-def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> Finer | None:
+def _beside(
+    simulation: Simulation, make: Callable[[], Scene], deformation: str = ""
+) -> dict[str, Error]:
     """Compare a scene, a linear one mostly, with its better one; collective.
 
     Args:
         simulation: The run that it is about.
         make: Gives the scene; what is no linear one, as what rolls, is not compared.
-        smooth: Whether energies tell all.
+        deformation: What energies tell all of, in words; empty if displacements count.
     """
 
     def response(other: Scene) -> Simulation:
@@ -228,18 +238,19 @@ def _beside(simulation: Simulation, make: Callable[[], Scene], smooth: bool) -> 
         run.run()
         return run
 
-    unknowns = simulation.problem.system.size
+    unknowns, off, how = simulation.problem.system.size, dict[str, float](), ""
     with _quietly():
         scene = make()
-        said = f"by its response to {'its' if scene.scheme == 'static' else 'small'} loads on"
+        how = f"by its response to {'its' if scene.scheme == 'static' else 'small'} loads on "
         if found := by_better(scene, unknowns, response):
-            off = _apart(response(scene), found[0], smooth)
-            return Finer(off, f"{said} {found[1]}") if off else None
-        if wider := by_wider(scene, response):
+            off = _apart(response(scene), found[0], bool(deformation))
+            how += found[1]
+        elif wider := by_wider(scene, response):
             runs = [response(scene), *wider[0]]
             off = {name: _extrapolated(runs, name) for name in simulation.model.shells}
-            return Finer(off, f"{said} {wider[1]}") if any(off.values()) else None
-    return None
+            how += wider[1]
+    of = deformation or "its largest displacement"
+    return {name: Error(part, of, how) for name, part in off.items()} if any(off.values()) else {}
 
 
 def _extrapolated(runs: Sequence[Simulation], name: str) -> float:
@@ -270,31 +281,39 @@ def _pulled(simulation: Simulation, name: str) -> bool:
     return bool(simulation.model.comm.allreduce(here, op=MPI.LOR))
 
 
-def _shaped(simulation: Simulation, states: Mapping[str, Floats]) -> Scene:
-    """The scene under loads of the shape in which its shells are deformed; collective.
+def _by_shape(
+    simulation: Simulation, states: Mapping[str, Floats], names: Sequence[str]
+) -> dict[str, Error]:
+    """Compare shells that turn as one under loads of the shape in which they are deformed.
 
-    Forces on points, of joints and of inertia are spread over all of a body, and no longer known.
+    Forces on points, of joints and of inertia are spread over all of it, and no longer known.
     """
-    scene, loads, step = simulation.scene, [], simulation.scene.t_end
+    scene, bodies = simulation.scene, [simulation.model.shells[name] for name in names]
     rests = all(map(at_rest, scene.supports))
-    for names in _pieces(scene, states):
-        bodies = [simulation.model.shells[name] for name in names]
-        points = [point for name in names for point in _points(simulation, name)]
-        moved = [_moved(simulation, name, states[name]) for name in names]
-        x, u, areas, held = (np.concatenate(parts) for parts in zip(*moved, strict=True))
-        held *= bool(points) and not any(points)
-        u = _deformed(x, u, areas, held, simulation.scheme.linear, rests)
-        # forces by which it moves little
-        scale = SMALL * min(b.bending[0] / b.domain.length**4 for b in bodies)
-        ends = np.cumsum([len(part) for part, *_ in moved])[:-1]
-        for name, *values in zip(names, np.split(x, ends), np.split(scale * u, ends), strict=True):
-            loads.append(SurfaceForce(Polynomial(*values), body=name))
+    points = [point for name in names for point in _points(simulation, name)]
+    moved = [_moved(simulation, name, states[name]) for name in names]
+    x, u, areas, held = (np.concatenate(parts) for parts in zip(*moved, strict=True))
+    held *= bool(points) and not any(points)
+    u = _deformed(x, u, areas, held, simulation.scheme.linear, rests)
+    far, step = float(np.linalg.norm(u, axis=1).max()), scene.t_end
+    # by which it moves little
+    force = SMALL * min(b.bending[0] / b.domain.length**3 for b in bodies)
     if not scene.static:
-        step = LONG / float(np.sqrt(min(bending_scales(simulation.model))))
-    scheme = "linear-statics" if scene.static else "linear-dynamics"
-    kept = {name: getattr(scene, name) for name in KEPT}
-    kept["supports"] = tuple(s.still for s in scene.supports)
-    return Scene(scene.name, **kept, loads=loads, scheme=scheme, dt=step, t_end=step)
+        # also where it is free
+        slowest = min(bending_scales(simulation.model))
+        force = SMALL * slowest * min(b.bending[1] * b.domain.length for b in bodies)
+        step = LONG / float(np.sqrt(slowest))
+    ends = np.cumsum([len(part) for part, *_ in moved])[:-1]
+    parts = zip(names, np.split(x, ends), np.split(force / far * u, ends), strict=True)
+    more = {name: getattr(scene, name) for name in KEPT} | {
+        "supports": tuple(s.still for s in scene.supports),
+        "loads": [SurfaceForce(Polynomial(*values), body=name) for name, *values in parts],
+        "scheme": "linear-statics" if scene.static else "linear-dynamics",
+        # in shorter steps the mid-point rule swings about what is compared
+        "step_control": StepControl(min_dt=step),
+    }
+    make = partial(Scene, scene.name, dt=step, t_end=step, **more)
+    return _beside(simulation, make, f"its deformation, of up to {far:.2g} m")
 
 
 def _pieces(scene: Scene, names: Iterable[str]) -> list[tuple[str, ...]]:
@@ -320,16 +339,16 @@ def _deformed(
         linear: Whether displacements are small ones of whatever size.
         rests: Whether these edges rest; the rigid motion counts where it turns little.
     """
-    most = float(np.linalg.norm(u, axis=1).max())
+    most, size = float(np.linalg.norm(u, axis=1).max()), 1.0
     if linear and most > 0:
-        u = u * (SMALL * np.ptp(x, axis=0).max() / most)
-    X, y = (v - areas @ v / np.sum(areas) for v in (x, x + u))
+        size = SMALL * np.ptp(x, axis=0).max() / most
+    X, y = (v - areas @ v / np.sum(areas) for v in (x, x + size * u))
     V, _, W = np.linalg.svd(X.T @ (areas[:, None] * y))
     V[:, 2] *= np.sign(np.linalg.det(V @ W))
     back = (V @ W).T
     if rests and held.any() and np.trace(back) >= 3 - TURNED**2:
         return u
-    u = y @ back - X
+    u = (y @ back - X) / size
     return u if rests else u - held @ u / max(np.sum(held), 1)
 
 
