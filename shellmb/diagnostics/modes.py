@@ -18,6 +18,8 @@ from shellmb.preprocessing.modal.tangent import GeometricStiffness
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 
+# shares of an impact, and of the energy that was exchanged by it
+SUDDEN, NOTHING = 0.1, 1e-6
 # part of a frequency that loads change at most where it is compared without them
 CHANGED = 0.2
 
@@ -227,3 +229,62 @@ def _share(energy: float, fast: float, damped: float, relaxing: float) -> float:
         return 0.0
     slow, quick = relaxing / energy, damped / float(np.sqrt(fast * energy))
     return float(slow * quick / (slow + quick) / (1 + quick))
+
+
+class Impacts(Watch):
+    """Watches which part of impacts bodies in modes take, where a lock or joint begins to act.
+
+    What is at the joint stops at once, of an exact body the less the finer its elements are; waves
+    stop the rest. Modes are shapes of all of a body, and stop as such. What each body takes of an
+    impact is the kinetic energy of the change of its velocities.
+    """
+
+    name = "impacts on modes"
+    remembered = ("_largest",)
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the bodies, and what begins to act."""
+        model = simulation.model
+        self._switched = model.mechanism.switches.items
+        self._bodies = {data.name: ModalState(model, data) for data in model.modal}
+        self.idle = not self._bodies or not self._switched or not simulation.scheme.dynamic
+        if not self.idle:
+            self.accepted(simulation)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take velocities, which an impact may change."""
+        self._before = {name: each.now(simulation, "v") for name, each in self._bodies.items()}
+        self._acting = [item.acting for item in self._switched]
+
+    def switched(self, simulation: Simulation) -> None:
+        """Take the impact."""
+        energies, rigid = self.sources.energy, simulation.model.rigid
+        lost = energies.values["dissipation"] - self.sources.history.rows[-1]["dissipation"]
+        if rigid is None or self.idle or not lost > NOTHING * energies.exchanged:
+            return
+        begun = [
+            item.group.labels[k]
+            for item, on in zip(self._switched, self._acting, strict=True)
+            for k in np.flatnonzero(item.acting & ~on)
+        ]
+        for name, state in self._bodies.items():
+            then, now = self._before[name], state.now(simulation, "v")
+            (x, *d), eta = (now[0] - then[0]).reshape(4, 3), now[1] - then[1]
+            data, body = state.modes.data, rigid.bodies[rigid.index[name]]
+            euler = np.trace(body.inertia_tensor) / 2 * np.eye(3) - body.inertia_tensor
+            energy = body.mass * (x @ x) + np.sum(euler * (np.array(d) @ np.transpose(d)))
+            energy += eta**2 @ (data.stiffness / data.omega2)
+            self._note(name, float(energy / 2 / lost), simulation.t, ", ".join(begun))
+
+    def cautions(self, simulation: Simulation) -> Cautions:
+        """A sentence for each body that takes more than a part of an impact."""
+        for name, (share, when, what) in self._largest.items():
+            if share > SUDDEN:
+                says = (
+                    f"{said_of(simulation, name)} is reduced to modes and takes {share:.0%} of the "
+                    f"impact at t = {when:.4g} s ({what}): its modes stop as a whole, where waves "
+                    "stop an exact body, and of impulses and the energy that is lost up to this "
+                    "part is too much; read means of forces and impulses over a period of the "
+                    "body, which are right, or use more modes or model='exact'"
+                )
+                yield self.caution(name, share, SUDDEN, says)

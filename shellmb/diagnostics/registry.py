@@ -6,7 +6,7 @@ from shellmb.diagnostics.contacts import Between, Contacts, Lifting, Slipping, T
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
-from shellmb.diagnostics.modes import DampedModes
+from shellmb.diagnostics.modes import DampedModes, Impacts
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.diagnostics.statics import LimitPoints, PathEnd, Unstable
 from shellmb.diagnostics.steps import LargeTurns, StepErrors, StiffSpin, Unresolved
@@ -18,6 +18,7 @@ WATCHES: tuple[type[Watch], ...] = (
     ReducedBodies,
     LinearBodies,
     DampedModes,
+    Impacts,
     LargeTurns,
     Folded,
     Coarse,
