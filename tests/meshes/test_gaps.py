@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
-from shellmb.meshes.files.joined import gaps
+from shellmb.meshes.files.joined import crossings, gaps
 from shellmb.meshes.mesh import SurfaceMesh, build_surface
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Isotropic, MeshFile, Shell
@@ -278,3 +278,41 @@ def test_nodes_lie_on_sides_within_a_hundredth_of_the_shorter(
         scale * np.concatenate([x, y]), cells, "quad", 1, normals, nothing, nothing, nothing
     )
     assert bool(gaps(raw)) == found
+
+
+@pytest.mark.parametrize("cell", ["quad", "tri"])
+@pytest.mark.parametrize(("size", "axes"), [(1.0, None), (1e-3, TURNED)])
+@pytest.mark.parametrize("tilt", [0.0, 0.3])
+def test_parts_that_cross_between_their_nodes_are_named(
+    tmp_path: Path, cell: str, size: float, axes: Any, tilt: float
+) -> None:
+    """A plate through another one, across its elements and along their sides, beside and above."""
+
+    def wall(x: float, low: float, y: float = 0.1) -> Any:
+        ends = [(x, y), (x + tilt, 1 - y)]
+        foot, top = ([(*end, z) for end in ends] for z in (low, low + 0.5))
+        return patch([*foot, *top[::-1]], 5, 3)
+
+    def said(*where: float) -> str:
+        mesh = [flat(0, 1, 0, 1, 4, 4), wall(*where)]
+        file = written(tmp_path / "cross.vtk", mesh, cell, size, axes)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ShellmbWarning)
+            built(file, cell)
+        return " ".join(str(each.message) for each in caught)
+
+    assert "through other elements" in said(0.43, -0.2)
+    # lines through sides of the plate
+    assert "through other elements" in said(0.43, -0.2, 0.25)
+    for nothing in (said(1.2, -0.2), said(0.43, 0.02), said(0.43, -0.6)):
+        assert "through other elements" not in nothing
+
+
+def test_layers_of_a_roll_do_not_cross() -> None:
+    """A sheet that is rolled up three times, in facets, of layers within half a side."""
+    x, quads = flat(0, 1, 0, 1, 60, 3)
+    angle, radius = 6 * np.pi * x[:, 0], 0.2 + 0.1 * x[:, 0]
+    rolled = np.stack([radius * np.cos(angle), radius * np.sin(angle), x[:, 1]], axis=1)
+    normals, nothing = np.zeros((len(quads), 3)), dict[str, Any]()
+    made = RawMesh(rolled, quads[:, [0, 1, 3, 2]], "quad", 1, normals, nothing, nothing, nothing)
+    assert len(crossings(made)) == 0

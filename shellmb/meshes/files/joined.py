@@ -26,6 +26,8 @@ NEAR = 1e-2
 ARC = 0.15
 # part of a side at its ends where nodes lie on the end
 END = 0.02
+# of a triangle's area what lies beside it is on its side
+SHARP = 1e-9
 # triangles that a cell is made of, by its number of nodes in the order of DOLFINx
 _QUARTERS = ((0, 4, 5, 8), (4, 1, 8, 6), (5, 8, 2, 7), (8, 6, 7, 3))
 PIECES = {
@@ -186,6 +188,40 @@ class Gap:
     def length(self) -> float:
         """Length of the side, 0 of a node on a cell."""
         return float(np.linalg.norm(self.ends[-1] - self.ends[0]))
+
+
+def crossings(raw: RawMesh) -> Floats:
+    """Places where lines between nodes of cells pass through other cells, shape (n, 3).
+
+    Cells are triangles between their nodes. Nodes that lie on cells are gaps.
+
+    Args:
+        raw: The mesh.
+    """
+    triangles = raw.cells[:, np.array(PIECES[raw.cells.shape[1]])].reshape(-1, 3)
+    lines = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
+    corners, ends = raw.x[triangles], raw.x[lines]
+    middle, normal = corners.mean(axis=1), np.cross(*np.diff(corners, axis=1).swapaxes(0, 1))
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
+    size, found = np.floor(np.log2(half)), [np.zeros((0, 3))]
+    for own in (np.flatnonzero(size == each) for each in np.unique(size)):
+        reach = radius + half[own].max()
+        for some, k in _candidates(ends[own].mean(axis=1), middle, reach):
+            n = own[some]
+            # from both of its ends, which are away by more than what lies on it
+            away = np.einsum("nex,nx->ne", ends[n] - middle[k][:, None], normal[k])
+            far = NEAR * np.minimum(half[n], radius[k]) * np.linalg.norm(normal[k], axis=1)
+            through = (away.min(axis=1) < -far) & (away.max(axis=1) > far)
+            n, k, away = n[through], k[through], away[through]
+            share = (away[:, 0] / (away[:, 0] - away[:, 1]))[:, None]
+            place = (1 - share) * ends[n, 0] + share * ends[n, 1]
+            sides = np.roll(corners[k], -1, axis=1) - corners[k]
+            beside = np.cross(sides, place[:, None] - corners[k])
+            inside = np.einsum("nex,nx->ne", beside, normal[k]).min(axis=1)
+            other = (lines[n][:, :, None] != triangles[k][:, None]).all(axis=(1, 2))
+            found.append(place[other & (inside > -SHARP * np.sum(normal[k] ** 2, axis=1))])
+    return np.concatenate(found)
 
 
 def gaps(raw: RawMesh) -> list[Gap]:

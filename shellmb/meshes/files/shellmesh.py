@@ -13,7 +13,16 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.abaqus import read_abaqus
 from shellmb.meshes.files.cards import DeckError
-from shellmb.meshes.files.joined import Gap, components, doubles, empty, gaps, joined, oriented
+from shellmb.meshes.files.joined import (
+    Gap,
+    components,
+    crossings,
+    doubles,
+    empty,
+    gaps,
+    joined,
+    oriented,
+)
 from shellmb.meshes.files.kinds import Block, FileContent, by_type, cut, of_one_order
 from shellmb.meshes.files.meshio_files import read_meshio
 from shellmb.meshes.files.nastran import is_nastran, read_nastran
@@ -100,6 +109,13 @@ def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | 
     )
     _say_gaps(raw, surface, who)
     _say_pieces(raw, who)
+    if len(places := crossings(raw)):
+        warn(
+            f"{who}: {_many(len(places), 'line', 'between nodes passes', 'between nodes pass')} "
+            f"through other elements, near {_places(places, _size(raw.x))}: parts that cross are "
+            "not joined there and move through one another; if they are joined, mesh them with "
+            "common nodes along the line where they meet, as shells of their own (Join)"
+        )
     if found.left_out:
         others = ", ".join(f"{n} {name}" for name, n in sorted(found.left_out.items()))
         warn(
