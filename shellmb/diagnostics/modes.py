@@ -7,7 +7,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, Cautions, Motion, Parts, Watch, said_of
 from shellmb.diagnostics.elements.coarse import Signs
-from shellmb.diagnostics.elements.finer import BOUND, REMEDY, beyond, by_better, by_wider
+from shellmb.diagnostics.elements.finer import BOUND, REMEDY, beyond, by_others
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
@@ -136,15 +136,12 @@ def beside_better(
         return []
     here = better(model.scene) if loaded else values
     # eigenproblems cost more than linear responses
-    if found := by_better(model.scene, 2 * unknowns, better):
-        right, how = found
-        parts = np.abs(here[: len(right)] / right[: len(here)] - 1)
-    elif wider := by_wider(model.scene, better):
-        how = wider[1]
-        count = min(len(here), *map(len, wider[0]))
-        parts = beyond(*(each[:count] for each in (here, *wider[0])))
-    else:
+    if not (found := by_others(model.scene, 2 * unknowns, better)):
         return []
+    others, how = found
+    count = min(len(here), *map(len, others))
+    first, *rest = (each[:count] for each in (here, *others))
+    parts = np.abs(first / rest[0] - 1) if len(rest) == 1 else beyond(first, *rest)
     bare = np.abs(here - values) < CHANGED * np.abs(values)
     off = {n: parts[n - 1] for n, *_ in modes if n <= len(parts) and bare[n - 1]}
     far = [n for n in off if off[n] > BOUND]

@@ -80,8 +80,10 @@ def _quietly() -> Iterator[None]:
         yield
 
 
-def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tuple[T, str] | None:
-    """Solve a scene with better elements, and say which; collective.
+def by_others[T](
+    scene: Scene, unknowns: int, solve: Callable[[Scene], T]
+) -> tuple[list[T], str] | None:
+    """Solve a scene with better elements, or else wider ones, and say which; collective.
 
     Args:
         scene: The scene.
@@ -89,7 +91,8 @@ def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tu
         solve: Gives it.
 
     Returns:
-        None if there are too many unknowns, or where none can be solved.
+        Of better elements one, of those that are two and four times as wide two; None where neither
+        can be solved, as wider ones where meshes are read.
     """
     first, cubic, half = BETTER
     choices = [first, cubic]
@@ -103,20 +106,7 @@ def by_better[T](scene: Scene, unknowns: int, solve: Callable[[Scene], T]) -> tu
         if more * unknowns < FEW:
             # triangles of files become no quadrilaterals
             with _quietly():
-                return solve(regular.with_options(**options)), what
-    return None
-
-
-def by_wider[T](scene: Scene, solve: Callable[[Scene], T]) -> tuple[list[T], str] | None:
-    """Solve a scene with elements that are two and four times as wide, and say so; collective.
-
-    Args:
-        scene: The scene.
-        solve: Gives it.
-
-    Returns:
-        None where meshes are read, or cannot be solved.
-    """
+                return [solve(regular.with_options(**options))], what
     if any(shell.surface.of_file for shell in scene.shells):
         return None
 
@@ -238,25 +228,25 @@ def _beside(
         run.run()
         return run
 
-    unknowns, off, how = simulation.problem.system.size, dict[str, float](), ""
+    off = dict[str, float]()
     with _quietly():
         scene = make()
-        how = f"by its response to {'its' if scene.scheme == 'static' else 'small'} loads on "
-        if found := by_better(scene, unknowns, response):
-            off = _apart(response(scene), found[0], bool(deformation))
+        if found := by_others(scene, simulation.problem.system.size, response):
+            run, (other, *widest) = response(scene), found[0]
+            off = _apart(run, other, bool(deformation)) if not widest else _beyond(run, *found[0])
+            how = f"by its response to {'its' if scene.scheme == 'static' else 'small'} loads on "
             how += found[1]
-        elif wider := by_wider(scene, response):
-            runs = [response(scene), *wider[0]]
-            off = {name: _extrapolated(runs, name) for name in simulation.model.shells}
-            how += wider[1]
     of = deformation or "its largest displacement"
     return {name: Error(part, of, how) for name, part in off.items()} if any(off.values()) else {}
 
 
-def _extrapolated(runs: Sequence[Simulation], name: str) -> float:
-    """Error of a shell in the first of three runs, by energies; collective."""
-    energies = [energy_of(run, name)() for run in runs]
-    return float(beyond(*(1 / e for e in energies))) if min(energies) > 0 else 0.0
+def _beyond(*runs: Simulation) -> dict[str, float]:
+    """Errors of shells in the first of three runs, by energies; collective."""
+    off = dict[str, float]()
+    for name in runs[0].model.shells:
+        energies = [energy_of(run, name)() for run in runs]
+        off[name] = float(beyond(*(1 / e for e in energies))) if min(energies) > 0 else 0.0
+    return off
 
 
 def _points(simulation: Simulation, name: str) -> list[bool]:

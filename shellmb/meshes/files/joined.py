@@ -198,11 +198,9 @@ def crossings(raw: RawMesh) -> Floats:
     Args:
         raw: The mesh.
     """
-    triangles = raw.cells[:, np.array(PIECES[raw.cells.shape[1]])].reshape(-1, 3)
+    triangles, corners, middle, radius, normal = _pieces(raw.x, raw.cells)
     lines = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
-    corners, ends = raw.x[triangles], raw.x[lines]
-    middle, normal = corners.mean(axis=1), np.cross(*np.diff(corners, axis=1).swapaxes(0, 1))
-    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    ends = raw.x[lines]
     half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
     size, found = np.floor(np.log2(half)), [np.zeros((0, 3))]
     for own in (np.flatnonzero(size == each) for each in np.unique(size)):
@@ -216,12 +214,24 @@ def crossings(raw: RawMesh) -> Floats:
             n, k, away = n[through], k[through], away[through]
             share = (away[:, 0] / (away[:, 0] - away[:, 1]))[:, None]
             place = (1 - share) * ends[n, 0] + share * ends[n, 1]
-            sides = np.roll(corners[k], -1, axis=1) - corners[k]
-            beside = np.cross(sides, place[:, None] - corners[k])
-            inside = np.einsum("nex,nx->ne", beside, normal[k]).min(axis=1)
             other = (lines[n][:, :, None] != triangles[k][:, None]).all(axis=(1, 2))
-            found.append(place[other & (inside > -SHARP * np.sum(normal[k] ** 2, axis=1))])
+            found.append(place[other & (_least_share(place, corners[k], normal[k]) > -SHARP)])
     return np.concatenate(found)
+
+
+def _pieces(x: Floats, cells: Ints) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Triangles of cells: nodes, corners, middles, radii about these, normals of twice the area."""
+    nodes = cells[:, np.array(PIECES[cells.shape[1]])].reshape(-1, 3)
+    corners = x[nodes]
+    middle, normal = corners.mean(axis=1), np.cross(*np.diff(corners, axis=1).swapaxes(0, 1))
+    return nodes, corners, middle, np.linalg.norm(corners - middle[:, None], axis=2).max(1), normal
+
+
+def _least_share(place: Floats, corners: Floats, normal: Floats) -> Floats:
+    """Least of the shares of the corners of triangles in places there; outside it is negative."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    areas = np.einsum("nex,nx->ne", np.cross(sides, place[:, None] - corners), normal)
+    return np.asarray(areas.min(axis=1) / np.sum(normal**2, axis=1))
 
 
 def gaps(raw: RawMesh) -> list[Gap]:
@@ -321,28 +331,17 @@ class _Search:
 
     def on_cells(self) -> list[int]:
         """Nodes that lie in a cell that they share no neighbouring cell with."""
-        nodes = np.unique(self.corners)
-        count = len(self.corners)
-        pieces = np.array(PIECES[self.cells.shape[1]])
-        found: list[Ints] = []
-        for piece in pieces:
-            a, b, c = np.moveaxis(self.x[self.cells[:, piece]], 1, 0)
-            middle = (a + b + c) / 3
-            radius = np.linalg.norm(np.stack([a, b, c]) - middle, axis=2).max(axis=0)
-            normal = np.cross(b - a, c - a)
-            twice = np.linalg.norm(normal, axis=1)
-            normal = normal / np.where(twice > 0, twice, np.inf)[:, None]
-            for some, k in _candidates(self.x[nodes], middle, radius * (1 + NEAR)):
-                p = nodes[some]
-                offset = self.x[p] - a[k]
-                away = np.abs(np.einsum("ij,ij->i", offset, normal[k]))
-                keep = (away <= NEAR * np.minimum(self.size[p], self.short[k])) & (twice[k] > 0)
-                p, k, offset = p[keep], k[keep], offset[keep]
-                # shares of the second and the third corner
-                second = np.einsum("ij,ij->i", np.cross(offset, (c - a)[k]), normal[k]) / twice[k]
-                third = np.einsum("ij,ij->i", np.cross((b - a)[k], offset), normal[k]) / twice[k]
-                inside = np.minimum(np.minimum(second, third), 1 - second - third) >= -NEAR
-                found.append(p[inside] * count + k[inside])
+        nodes, count, found = np.unique(self.corners), len(self.corners), list[Ints]()
+        _, corners, middle, radius, normal = _pieces(self.x, self.cells)
+        twice, each = np.linalg.norm(normal, axis=1), len(corners) // count
+        for some, k in _candidates(self.x[nodes], middle, radius * (1 + NEAR)):
+            p = nodes[some]
+            away = np.abs(np.einsum("ij,ij->i", self.x[p] - middle[k], normal[k]))
+            near = NEAR * np.minimum(self.size[p], self.short[k // each])
+            keep = (away <= near * twice[k]) & (twice[k] > 0)
+            p, k = p[keep], k[keep]
+            inside = _least_share(self.x[p], corners[k], normal[k]) >= -NEAR
+            found.append(p[inside] * count + k[inside] // each)
         keys = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
         # those that are not among the cells around or beside the node
         every = np.repeat(np.arange(count), self.corners.shape[1])
