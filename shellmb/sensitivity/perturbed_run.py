@@ -63,6 +63,8 @@ class PerturbedRun:
         sets = self.iteration.nodes.sets
         self._others = {k: s for k, s in sets.items() if s.partial or s.declared.linear}
         self._any_others = bool(self.system.comm.allreduce(len(self._others)))
+        # views: those that PETSc's vectors give are made anew at each call
+        self._x, self._b = self.system.x.array, self.system.b.array
 
     def start(self) -> None:
         """Start the observers."""
@@ -102,19 +104,6 @@ class PerturbedRun:
         self.system.update_fixed_values()
         self.system.residuals.refresh()
 
-    @property
-    def at_once(self) -> bool:
-        """Decide whether one call of C evaluates it, and one brings its directors back."""
-        system, plain = self.system, self.iteration.nodes.turnings is not None
-        return plain and not (self._any_others or system.at_once is None or system.couplings)
-
-    @property
-    def members(self) -> tuple[Any, list[dict[str, Any]]]:
-        """For C, its evaluation and what normalises its directors, if it is `at_once`."""
-        evaluate, turnings = self.system.at_once, self.iteration.nodes.turnings
-        assert evaluate is not None and turnings is not None
-        return evaluate.evaluation, turnings
-
     def take_pairs(self, run: Simulation) -> None:
         """Points touch where those of the run may, which has found all of them in its step."""
         for mine, other in zip(self.problem.couplings, run.problem.couplings, strict=True):
@@ -130,12 +119,12 @@ class PerturbedRun:
             The same array at each call.
         """
         system, x = self.system, self.system.x
-        x.array[:] = unknowns
+        self._x[:] = unknowns
         self.iteration.nodes.normalise(x)
-        x.array[system.fixed] = system.fixed_values()
+        self._x[system.fixed] = system.fixed_values()
         if self._any_others:
             self._project_others(x)
-        return np.asarray(x.array_r)
+        return self._x
 
     def _project_others(self, x: PETSc.Vec) -> None:
         """Nodes of which some components are fixed, and those that change little."""
@@ -157,14 +146,13 @@ class PerturbedRun:
 
     def residual(self, unknowns: Floats) -> Floats:
         """Residual of the step at given unknowns, the same array at each call; collective."""
-        system = self.system
-        system.x.array[:] = unknowns
-        system.evaluate(system.x, system.b)
-        return np.asarray(system.b.array_r)
+        self._x[:] = unknowns
+        self.system.evaluate(self.system.x, self.system.b)
+        return self._b
 
     def hold(self, unknowns: Floats) -> None:
         """Give the fields their unknowns."""
-        self.system.x.array[:] = unknowns
+        self._x[:] = unknowns
         self.system.scatter(self.system.x)
 
     def ahead(self) -> Floats:

@@ -1,7 +1,7 @@
 """Unknowns at both sides of a run, differences of their residuals, and sizes of their changes.
 
-In one process one call of `sides.c` each: of small systems half of the time was spent between
-calls.
+In one process an update is one call of `sides.c`: of small systems half of the time was spent
+between calls.
 """
 
 from collections.abc import Container
@@ -21,8 +21,6 @@ from shellmb.native.reference import ComparedParts
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.newton.convergence import joined, owned_parts
 
-# that C works with
-VECTORS = "change", "one", "central", "rest", "solution"
 # forces follow from motions by stiffnesses: so many times the change of motions is as good
 FORCES = 1e-2
 # a part whose derivatives are smaller than this share of the largest ones, each in its unit, is
@@ -38,16 +36,9 @@ class Side(Protocol):
 
     Attributes:
         system: Its block system.
-        at_once: Whether one call of C evaluates it, and one normalises its directors.
-        members: For C, its evaluation and what normalises its directors, if it is `at_once`.
     """
 
     system: BlockSystem
-
-    @property
-    def at_once(self) -> bool: ...  # noqa: D102
-    @property
-    def members(self) -> tuple[Any, list[Any]]: ...  # noqa: D102
 
     def project(self, unknowns: Floats) -> Floats:
         """Unknowns near given ones that keep constraints of directors, and fixed values."""
@@ -108,16 +99,22 @@ class Kind(IntEnum):
     # the residual of the run is zero, so that twice this is one of first order
     ABOVE = 0
     BETWEEN = 1
-    # what BETWEEN has found, and twice the change of the residual above since
+    # what BETWEEN has found, the sum of both residuals being as it was then
     SINCE = 2
     # of second order where both sides mirror each other
     SUM = 3
 
 
 class TwoSided:
-    """Scenes whose unknowns are those of the run, and `d` more and less, on any number of ranks.
+    """Scenes whose unknowns are those of the run, and `d` more and less.
 
-    Arguments are those of `two_sided`.
+    Args:
+        sides: The scenes above and below.
+        u: Unknowns of the run, whose values change.
+        sizes: Compares changes of `d` with it.
+        distance: Relative distance of the sides from the run. Right-hand sides and solutions are
+            of the size of the unknowns by it: what the run corrects by the way is round-off of
+            these.
 
     Attributes:
         d: Half the difference of the unknowns.
@@ -129,8 +126,7 @@ class TwoSided:
     def __init__(self, sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> None:
         self._distance, self._factor = distance, 0.5 / distance
         self._sides, self._u, self._sizes = sides, u, sizes
-        self.d = np.zeros(len(u))
-        self._one, self._central = self.d, self.d
+        self.d, self._sum = np.zeros((2, len(u)))
 
     def keep(self) -> None:
         """Make `d` keep the constraints of both sides to first order."""
@@ -145,16 +141,13 @@ class TwoSided:
             rest: Gets it over twice the distance.
         """
         above = self._sides[0].residual(self._u + self.d)
-        if kind is Kind.ABOVE:
-            found = 2.0 * above
-        elif kind is Kind.SINCE:
-            found = self._central + 2.0 * (above - self._one)
+        if kind in (Kind.BETWEEN, Kind.SUM):
+            self._sum[:] = above + self._sides[1].residual(self._u - self.d)
+        if kind is Kind.SUM:
+            found = self._sum
         else:
-            one = above.copy()
-            below = self._sides[1].residual(self._u - self.d)
-            found = one + below if kind is Kind.SUM else one - below
-            if kind is Kind.BETWEEN:
-                self._one, self._central = one, found
+            # of BETWEEN it is `above - below`
+            found = 2.0 * above - (0.0 if kind is Kind.ABOVE else self._sum)
         rest.array[:] = self._factor * found
 
     def move(self, change: PETSc.Vec, taken: bool = True) -> float:
@@ -187,73 +180,38 @@ class TwoSided:
 
 
 class SerialTwoSided(TwoSided):
-    """Both sides in one process; arguments as of `two_sided`."""
+    """Both sides in one process, each evaluated by one call of C; arguments as of `TwoSided`."""
 
     is_one = True
 
     def __init__(self, sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> None:
-        self._distance, self._factor = distance, 0.5 / distance
-        self._lib, pointer = native.cells().lib, CArrays()
-        # what it points to
-        self._kept = pointer, sides
-        self._sizes, self.d = sizes, np.zeros(len(u))
+        super().__init__(sides, u, sizes, distance)
+        self._lib, self._pointer = native.cells().lib, (pointer := CArrays())
 
-        def side(given: Side) -> Any:
-            (evaluation, turnings), system = given.members, given.system
-            members = {
-                "evaluation": evaluation,
-                "sets": len(turnings),
-                "set": pointer.many("Turning *", turnings),
-                "x": pointer(system.x.array),
-                "b": pointer(system.b.array),
-            }
-            return pointer.many("OneSide", [members])
+        def side(system: BlockSystem) -> Any:
+            assert system.at_once is not None
+            both = {"x": pointer(system.x.array), "b": pointer(system.b.array)}
+            return pointer.many("OneSide", [{"evaluation": system.at_once.evaluation, **both}])
 
         members = {
             "size": len(u),
-            "above": side(sides[0]),
-            "below": side(sides[1]),
+            "above": side(sides[0].system),
+            "below": side(sides[1].system),
             "d": pointer(self.d),
-            **{name: pointer(np.zeros(len(u))) for name in VECTORS},
+            "sum": pointer(self._sum),
+            **{name: pointer(np.zeros(len(u))) for name in ("rest", "change")},
         }
-        self._where = pointer.many("BothSides", [members]), pointer(u)
-
-    def keep(self) -> None:
-        """Make `d` keep the constraints of both sides to first order."""
-        self._lib.keep_both(*self._where)
-
-    def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
-        """Find a difference of residuals."""
-        both, u = self._where
-        self._lib.rest_of(both, kind, u, self._factor, native.entries(rest, True))
-
-    def move(self, change: PETSc.Vec, taken: bool = True) -> float:
-        """Take a change from `d`; its relative size."""
-        both, parts = self._where[0], self._sizes.parts.struct
-        numbers = native.entries(change)
-        return float(self._lib.move_both(both, parts, taken, self._distance, numbers))
+        self._where = pointer.many("BothSides", [members]), sizes.parts.struct
+        self._unknowns = pointer(u)
 
     def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
         """Do both, with the solution between them."""
-        (both, u), parts = self._where, self._sizes.parts.struct
-        scales = self._factor, self._distance
-        return float(self._lib.update_both(both, parts, kind, taken, u, *scales, *solution))
-
-    def hold(self) -> None:
-        """Give the fields of both sides their unknowns."""
-        self._lib.hold_both(*self._where)
+        scales = self._unknowns, self._factor, self._distance
+        return float(self._lib.update_both(*self._where, kind, taken, *scales, *solution))
 
 
 def two_sided(sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> TwoSided:
-    """Make both sides of a run.
-
-    Args:
-        sides: The scenes above and below.
-        u: Unknowns of the run, whose values change.
-        sizes: Compares changes of `d` with it.
-        distance: Relative distance of the sides from the run. Right-hand sides and solutions are
-            of the size of the unknowns by it: what the run corrects by the way is round-off of
-            these.
-    """
-    plain = all(side.at_once for side in sides)
-    return (SerialTwoSided if plain else TwoSided)(sides, u, sizes, distance)
+    """Make both sides of a run; arguments as of `TwoSided`."""
+    systems = [side.system for side in sides]
+    one = all(system.at_once is not None and not system.couplings for system in systems)
+    return (SerialTwoSided if one else TwoSided)(sides, u, sizes, distance)

@@ -3,6 +3,7 @@
 The kind: what one process does in one call is what any number of ranks do step by step.
 """
 
+import itertools
 from collections.abc import Callable
 
 from mpi4py import MPI  # noqa: F401  (before petsc4py)
@@ -47,7 +48,8 @@ def test_calls_of_c_are_those_of_numpy(
     for _ in range(2):
         run.advance([tangents])
     (pair,) = tangents.pairs
-    assert pair.both.is_one and run.problem.iteration.linear.in_c() is not None
+    linear = run.problem.iteration.linear
+    assert pair.both.is_one
     for side in pair.sides:
         side.begin(run.t, run.last.dt)
     system = run.problem.system
@@ -60,13 +62,17 @@ def test_calls_of_c_are_those_of_numpy(
         both: TwoSided = make_both(pair.sides, u, sizes, STEP)
         both.d[:] = d
         rest, change, every = system.x.duplicate(), system.x.duplicate(), []
-        change.array[:] = 1e2 * d
-
         both.keep()
-        for kind in Kind:
-            both.rest(kind, rest)
-            every += [both.d.copy(), rest.array_r.copy()]
-            every.append(np.array([both.move(change, taken) for taken in (False, True)]))
+        for kind, taken in itertools.product(Kind, (False, True)):
+            solution = linear.in_c()
+            assert solution is not None
+            if both.is_one:
+                share = both.update(kind, taken, solution)
+            else:
+                both.rest(kind, rest)
+                assert linear.solve_many([rest], [change]) is None
+                share = both.move(change, taken)
+            every += [both.d.copy(), np.array(share)]
         both.hold()
         every += [array.copy() for side in pair.sides for array in side.system.arrays]
         found.append(every)

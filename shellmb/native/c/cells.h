@@ -208,8 +208,6 @@ typedef struct {
 /* A scene beside a run, its unknowns and their residual. */
 typedef struct {
     const Evaluation *evaluation;
-    int sets;
-    const Turning **set;
     double *x, *b;
 } OneSide;
 
@@ -227,7 +225,6 @@ typedef struct {
 typedef struct {
     int size;
     const OneSide *above, *below;
-    double *d, *change;        /* the latter is the last one of the former */
-    double *one, *central;     /* residual above, and the difference of both */
-    double *rest, *solution;   /* right-hand side of an update, and what solves for it */
+    double *d, *sum;           /* of the residuals of both sides, as they were evaluated last */
+    double *rest, *change;     /* right-hand side of an update, and what it solves for */
 } BothSides;

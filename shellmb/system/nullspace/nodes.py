@@ -74,11 +74,6 @@ class SystemNodes:
         for nodes in self.sets.values():
             nodes.settled = False
 
-    @property
-    def turnings(self) -> list[Any] | None:
-        """For C, directors among unknowns that are normalised; None: no call of C does all."""
-        return None if self._loops is None else [struct for _, struct in self._loops]
-
     def multipliers(self, k: int) -> Ints:
         """Unknowns of the multipliers of a field's nodes, shape (n, c)."""
         return np.asarray(self.system.numbering.by_field[k][self.sets[k].multipliers])
