@@ -9,7 +9,6 @@ from shellmb.native import library as native
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.condensation.reduction import Reduction
-from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.nullspace.directornodes import TURN
 from shellmb.system.nullspace.directors import constraint, pseudo_inverse, violation
@@ -43,40 +42,22 @@ def some(size: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("loaded", [False, True])
-def test_passes(simulation, loaded) -> None:
-    reduction = simulation.problem.iteration.linear
-    assert isinstance(reduction, Reduction)
-    numbers, parts = reduction.numbers, reduction.parts
-    b, solution = some(len(numbers.own)), some(len(numbers.outer))
-    local = len(numbers.full.wanted)
-    load, given = (some(local), 1e-3 * some(local)) if loaded else (None, np.zeros(local))
-    structs = [part.for_solution() for part in parts]
-    kinds = (SerialPasses(numbers, structs), ParallelPasses(numbers, parts))
-
-    def through(passes) -> tuple[np.ndarray, np.ndarray]:
-        rhs, dx = np.zeros(len(numbers.outer)), np.zeros(len(b))
-        passes.before(b, load, rhs)
-        passes.after(solution, given, dx)
-        return rhs, dx
-
-    for serial, parallel in zip(*map(through, kinds), strict=True):
-        assert np.abs(serial - parallel).max() <= ROUND_OFF * np.abs(parallel).max()
-
-
-def test_a_solution_at_once(simulation) -> None:
+def test_a_solution_at_once(simulation, loaded) -> None:
     """Both passes with PETSc's solution between them are the three, one after the other."""
     iteration = simulation.problem.iteration
     reduction, system = iteration.linear, simulation.problem.system
-    assert isinstance(reduction, Reduction) and isinstance(reduction._passes, SerialPasses)
+    assert isinstance(reduction, Reduction) and reduction._at_once is not None
     assert reduction.factorise(Purpose.LAGGED) is None and reduction.solver.direct
     b, dx = system.b.duplicate(), system.x.duplicate()
     b.array[:] = some(len(b.array_r))
-    assert reduction.solve(b, dx, fresh=True) is None
+    local = len(reduction.numbers.full.wanted)
+    load, given = (some(local), 1e-3 * some(local)) if loaded else (None, np.zeros(local))
+    assert reduction._at_once.solve(reduction.solver.made, b, load, given, dx)[0] == 0
     parts, rhs, solution = np.zeros(len(dx.array_r)), *reduction.A.createVecs()[::-1]
-    reduction._passes.before(b.array_r, reduction._load, rhs.array)
+    reduction._passes.before(b.array_r, load, rhs.array)
     reduction.solver._ksp.solve(rhs, solution)
-    reduction._passes.after(solution.array_r, reduction._given, parts)
-    assert np.array_equal(dx.array_r, parts) and parts.any()
+    reduction._passes.after(solution.array_r, given, parts)
+    assert np.abs(dx.array_r - parts).max() <= ROUND_OFF * np.abs(parts).max() > 0
 
 
 def test_a_residual_at_once(simulation) -> None:

@@ -231,7 +231,7 @@ void fill_sizes(const Parts *p, uintptr_t x, uintptr_t dx)
 
 /* From the residual to the right-hand side of the reduced system, in one process. `load`: forces of
  * given changes, or NULL. */
-void before(const Solution *s, const double *b, const double *load, double *rhs)
+static void before(const Solution *s, const double *b, const double *load, double *rhs)
 {
     for (int i = 0; i < s->local; ++i) {
         s->b[i] = b[s->wanted[i]];
@@ -258,7 +258,7 @@ void before(const Solution *s, const double *b, const double *load, double *rhs)
 
 /* From the solution of the reduced system to that of all unknowns; after `before`. `given`: given
  * changes of the local dofs. */
-void after(const Solution *s, const double *solution, const double *given, double *dx)
+static void after(const Solution *s, const double *solution, const double *given, double *dx)
 {
     memset(s->seen, 0, sizeof(double) * s->reduced);
     for (int i = 0; i < s->outer; ++i)

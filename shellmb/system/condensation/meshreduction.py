@@ -1,5 +1,8 @@
 """Reduction of what is assembled over one mesh: the loops of `cells.c` with what they need."""
 
+from __future__ import annotations
+
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -37,6 +40,9 @@ class MeshReduction:
         cells: Its cells.
         jacobian: Compiled bilinear forms as `FormLoop` takes them.
         numbers: Numbers of the reduced unknowns, updated at that state.
+
+    Attributes:
+        part: For C, what solutions with the reduced matrix need, once entries have their places.
     """
 
     def __init__(
@@ -127,6 +133,13 @@ class MeshReduction:
         del self._emitted
         self._projection["kept"] = self._kept
         self.projection = self.pointer.many("Projection", [self._projection])
+        self._members = {
+            "cells": self.struct,
+            "projection": self.projection,
+            "dofs": self.pointer(places_of_groups(self.cells.dofs)),
+            "multiplier_rows": self._multiplier_rows,
+        }
+        self._take_part()
 
     def _layout(self) -> None:
         """Find where what is kept of a cell is."""
@@ -152,21 +165,15 @@ class MeshReduction:
             "values": self.pointer(values),
         }
 
-    def for_solution(self) -> Any:
-        """Data of this mesh for solutions in C with the reduced matrix."""
-        self._members = {
-            "cells": self.struct,
-            "projection": self.projection,
-            "dofs": self.pointer(places_of_groups(self.cells.dofs)),
-            "multiplier_rows": self._multiplier_rows,
-        }
-        self._part = self.beside()
-        return self._part
+    def beside(self) -> MeshReduction:
+        """Make one for a solution beside others: what it keeps between passes is its own."""
+        found = copy(self)
+        found._take_part()
+        return found
 
-    def beside(self) -> Any:
-        """Data for a solution beside others: what one keeps between its passes is its own."""
+    def _take_part(self) -> None:
         eliminated = place_for(self._eliminated_size, self.pointer)
-        return self.pointer.many("Part", [{**self._members, "eliminated": eliminated}])
+        self.part = self.pointer.many("Part", [{**self._members, "eliminated": eliminated}])
 
     def reduce(self, b: Floats, change: Floats, transposed: bool = False) -> None:
         """Add to `change` what the element-wise equations of `b` do to the others.
@@ -176,17 +183,17 @@ class MeshReduction:
             change: What is added to.
             transposed: Whether it is of the transposed system, as below.
         """
-        self.lib.reduce(self._part, transposed, *map(native.doubles, (b, change)))
+        self.lib.reduce(self.part, transposed, *map(native.doubles, (b, change)))
 
     def reduce_inner(self, r: Floats, change: Floats, transposed: bool = False) -> None:
         """Reduce what cells do not share after the projection: `r` gets parts of it."""
         if self.inner:
-            self.lib.reduce_inner(self._part, transposed, *map(native.doubles, (r, change)))
+            self.lib.reduce_inner(self.part, transposed, *map(native.doubles, (r, change)))
 
     def expand_inner(self, r: Floats, x: Floats, transposed: bool = False) -> None:
         """Fill in what cells do not share, from `r` of `reduce_inner`."""
         if self.inner:
-            self.lib.expand_inner(self._part, transposed, *map(native.doubles, (r, x)))
+            self.lib.expand_inner(self.part, transposed, *map(native.doubles, (r, x)))
 
     def expand(self, x: Floats, rows: Floats | None) -> None:
         """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`.
@@ -195,7 +202,7 @@ class MeshReduction:
             x: The other unknowns.
             rows: What is added to; None: the system is transposed, which has none of these.
         """
-        self.lib.expand(self._part, rows is None, *map(native.doubles, (x, rows)))
+        self.lib.expand(self.part, rows is None, *map(native.doubles, (x, rows)))
 
 
 class SingularCell(Exception):

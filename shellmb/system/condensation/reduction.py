@@ -30,7 +30,7 @@ from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
-from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
+from shellmb.system.condensation.substitution import DirectSolution, Passes, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import DirectSolver, Purpose
@@ -76,12 +76,11 @@ class Reduction(Linear):
             self._allocate(self._groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, self._prefix, scales, values=self._matrix.values)
-        structs = [part.for_solution() for part in self.parts]
-        self._transposed = ParallelPasses(self.numbers, self.parts)
-        self._passes: SerialPasses | ParallelPasses = self._transposed
+        self._passes = Passes(self.numbers, self.parts)
+        self._at_once: DirectSolution | None = None
         if self.numbers.full.serial:
-            self._passes = SerialPasses(self.numbers, structs)
-            self._passes.take_vectors(self._rhs, self._solution)
+            vectors = self._rhs, self._solution
+            self._at_once = DirectSolution(self.numbers, self.parts, *vectors)
         pairs = zip(self.parts, self._matrix.targets, strict=True)
         members = [part.jacobian(values) for part, values in pairs]
         self._lib, self._pointer = native.cells().lib, native.CArrays()
@@ -187,9 +186,9 @@ class Reduction(Linear):
             self._given = self.numbers.correction()
         load, passes = self._load if fresh else None, self._passes
         reason = None
-        if self.solver.direct and isinstance(passes, SerialPasses):
+        if self.solver.direct and self._at_once is not None:
             self.solver.solutions += 1
-            error, inside = passes.solve(self.solver.made, b, load, self._given, dx)
+            error, inside = self._at_once.solve(self.solver.made, b, load, self._given, dx)
             if error:
                 reason = f"the direct solver failed (error {error})"
         else:
@@ -204,10 +203,10 @@ class Reduction(Linear):
 
     def in_c(self) -> tuple[Any, ...] | None:
         """For C, a solution with an earlier factorisation; None: there is no call for it."""
-        solver, passes = self.solver, self._passes
-        if solver.many or not (solver.direct and isinstance(passes, SerialPasses)):
+        solver, at_once = self.solver, self._at_once
+        if at_once is None or solver.many or not solver.direct:
             return None
-        return passes.in_c(solver.made, self.numbers.correction())
+        return at_once.in_c(solver.made, self.numbers.correction())
 
     def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
         """Solve for several right-hand sides with an earlier factorisation.
@@ -218,8 +217,7 @@ class Reduction(Linear):
             given: Residuals of the unreduced system.
             found: Take what is to be subtracted from the unknowns.
         """
-        serial = isinstance(self._passes, SerialPasses)
-        if len(given) == 1 or not (serial and self.solver.many):
+        if len(given) == 1 or self._at_once is None or not self.solver.many:
             return super().solve_many(given, found)
         start, shift = now(), self.numbers.correction()
         several = self._several.of(len(given))
@@ -243,9 +241,9 @@ class Reduction(Linear):
         Args:
             b: Right-hand side.
         """
-        self._transposed.before(b.array_r, None, self._rhs.array, transposed=True)
+        self._passes.before(b.array_r, None, self._rhs.array, transposed=True)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
-        self.multipliers = self._transposed.after_transposed(self._solution.array_r)
+        self.multipliers = self._passes.after_transposed(self._solution.array_r)
         return reason
 
     def follow(self) -> None:

@@ -14,7 +14,7 @@ from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.nullspace.numbers import ReducedNumbers
 
 
-class ParallelPasses:
+class Passes:
     """Both passes of a solution; the second one belongs to the first one before it.
 
     Between the loops over cells the ranks tell one another what they know.
@@ -96,74 +96,60 @@ class ParallelPasses:
         return values
 
 
-class SerialPasses:
-    """Passes in one process, by one call of `unknowns.c` each.
+class DirectSolution:
+    """Both passes with the solution between them by one call of `unknowns.c`, in one process.
 
     Args:
         numbers: Numbers of the reduced unknowns.
-        parts: For C, the reductions of all meshes.
+        parts: Reductions of all meshes.
+        rhs: Place for the right-hand side of the reduced system.
+        solution: Place for its solution.
     """
 
-    def __init__(self, numbers: ReducedNumbers, parts: Sequence[Any]) -> None:
-        self._lib, self._arrays = native.cells().lib, CArrays()
-        pointer = self._arrays
+    def __init__(
+        self,
+        numbers: ReducedNumbers,
+        parts: Sequence[MeshReduction],
+        rhs: PETSc.Vec,
+        solution: PETSc.Vec,
+    ) -> None:
+        self._lib, pointer, void = native.cells().lib, CArrays(), native.cells().ffi
         seen = len(numbers.forces.numbers.wanted)
         local = len(numbers.full.wanted)
 
         def zeros(size: int) -> Any:
             return pointer(np.zeros(size))
 
-        part = pointer.many("Part", [part[0] for part in parts])
-        self._solution = pointer.many(
-            "Solution",
-            [
-                {
-                    "parts": len(parts),
-                    "owned": len(numbers.own),
-                    "local": local,
-                    "reduced": numbers.count,
-                    "outer": len(numbers.outer),
-                    "multipliers": seen,
-                    "part": part,
-                    "wanted": pointer(numbers.full.wanted),
-                    "own": pointer(numbers.own),
-                    "outer_numbers": pointer(numbers.outer.astype(np.int64)),
-                    "left": numbers.left.members,
-                    "right": numbers.right.members,
-                    "force": numbers.forces.members,
-                    "multiplier": numbers.multiplier_values.members,
-                    "b": zeros(local),
-                    "change": zeros(local),
-                    "reaction": zeros(len(numbers.own)),
-                    **{name: zeros(seen) for name in ("forces", "rows")},
-                    **{name: zeros(numbers.count) for name in ("r", "seen", "rest")},
-                }
-            ],
-        )
-
-    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
-        """Fill the right-hand side of the reduced system."""
-        self._lib.before(self._solution, *map(native.doubles, (b, load, rhs)))
-
-    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
-        """Fill in the solution for all unknowns."""
-        self._lib.after(self._solution, *map(native.doubles, (solution, given, dx)))
-
-    def take_vectors(self, rhs: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Take vectors of the reduced system, for `solve` to work with."""
-        pointer, void = self._arrays, native.cells().ffi
-        self._vectors = rhs, solution
-        self._reduced = pointer.many(
-            "Reduced",
-            [
-                {
-                    "right": void.cast("void *", rhs.handle),
-                    "unknown": void.cast("void *", solution.handle),
-                    "rhs": pointer(rhs.array),
-                    "solution": pointer(solution.array),
-                }
-            ],
-        )
+        members = {
+            "parts": len(parts),
+            "owned": len(numbers.own),
+            "local": local,
+            "reduced": numbers.count,
+            "outer": len(numbers.outer),
+            "multipliers": seen,
+            "part": pointer.many("Part", [part.part[0] for part in parts]),
+            "wanted": pointer(numbers.full.wanted),
+            "own": pointer(numbers.own),
+            "outer_numbers": pointer(numbers.outer.astype(np.int64)),
+            "left": numbers.left.members,
+            "right": numbers.right.members,
+            "force": numbers.forces.members,
+            "multiplier": numbers.multiplier_values.members,
+            "b": zeros(local),
+            "change": zeros(local),
+            "reaction": zeros(len(numbers.own)),
+            **{name: zeros(seen) for name in ("forces", "rows")},
+            **{name: zeros(numbers.count) for name in ("r", "seen", "rest")},
+        }
+        vectors = {
+            "right": void.cast("void *", rhs.handle),
+            "unknown": void.cast("void *", solution.handle),
+            "rhs": pointer(rhs.array),
+            "solution": pointer(solution.array),
+        }
+        self._kept = pointer, rhs, solution
+        self._solution = pointer.many("Solution", [members])
+        self._reduced = pointer.many("Reduced", [vectors])
 
     def in_c(self, factors: tuple[int, Any], given: Floats) -> tuple[Any, ...]:
         """For C, what `solve` takes without a load; vectors come later."""
@@ -177,17 +163,18 @@ class SerialPasses:
         given: Floats,
         dx: PETSc.Vec,
     ) -> tuple[int, float]:
-        """Both, with the solution between them.
+        """Solve.
 
         Args:
             factors: As of `DirectSolver.made`.
             b: Residual.
-            load: As of `before`.
-            given: As of `after`.
+            load: As of `Passes.before`.
+            given: As of `Passes.after`.
             dx: Takes the solution.
 
         Returns:
-            Error of PETSc, zero if it could solve, and the time that it took, s.
+            Error of PETSc, zero if it could solve, and the time that the solution between both
+            passes took, s.
         """
         reduced = self._reduced
         where = b.handle, *map(native.doubles, (load, given)), dx.handle
@@ -205,7 +192,7 @@ class Several(NamedTuple):
         solutions: Columns of the second one.
     """
 
-    passes: Sequence[SerialPasses]
+    passes: Sequence[Passes]
     matrices: tuple[PETSc.Mat, PETSc.Mat]
     rhs: Sequence[Floats]
     solutions: Sequence[Floats]
@@ -222,7 +209,7 @@ class SeveralPasses:
 
     def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction], size: int) -> None:
         self._numbers, self._parts, self._size = numbers, parts, size
-        self._passes: list[SerialPasses] = []
+        self._passes: list[Passes] = []
         self._made: dict[int, Several] = {}
 
     def of(self, count: int) -> Several:
@@ -230,7 +217,7 @@ class SeveralPasses:
         if count not in self._made:
             while len(self._passes) < count:
                 beside = [part.beside() for part in self._parts]
-                self._passes.append(SerialPasses(self._numbers, beside))
+                self._passes.append(Passes(self._numbers, beside))
             # columns follow one another, as PETSc has them
             columns = np.zeros((2, count, self._size))
             right, unknown = (
