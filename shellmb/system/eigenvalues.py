@@ -9,7 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Complex, Floats
 from shellmb.errors import ConvergenceError, TooFewModesError
-from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
+from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix, use_mumps
 from shellmb.system.direct.symmetry import sizes_of
 
 # Eigenvalues of multipliers are infinite, and come out as large ones, of either sign or in complex
@@ -157,26 +157,9 @@ def shift_and_invert(solver: Any) -> None:
 
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
-    transform.getKSP().setType(PETSc.KSP.Type.PREONLY)
-    factors_of_mumps(solver, transform.getKSP(), "st_")
-
-
-def factors_of_mumps(owner: Any, ksp: PETSc.KSP, within: str = "") -> None:
-    """Let a solver use factors of MUMPS.
-
-    Args:
-        owner: What has the options: the solver itself, or an eigensolver.
-        ksp: The solver.
-        within: Prefix of the solver's options in the owner's.
-    """
-    ksp.getPC().setType(PETSc.PC.Type.LU)
-    ksp.getPC().setFactorSolverType("mumps")
-    prefix = new_prefix(owner)
-    owner.setOptionsPrefix(prefix)
-    options = PETSc.Options()
-    for key, option in MUMPS_OPTIONS.items():
-        options[f"{prefix}{within}{key}"] = option
-    owner.setFromOptions()
+    ksp = transform.getKSP()
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    use_mumps(ksp.getPC(), PETSc.PC.Type.LU, new_prefix(solver), MUMPS_OPTIONS)
 
 
 def nearest_to_zero(K: PETSc.Mat, G: PETSc.Mat, count: int) -> tuple[Complex, list[PETSc.Vec]]:

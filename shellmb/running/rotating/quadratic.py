@@ -17,9 +17,9 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.simulate.eigenmodes import ROUND_OFF
-from shellmb.system.direct.mumps import Inertia, new_prefix
+from shellmb.system.direct.mumps import MUMPS_OPTIONS, Inertia, new_prefix, use_mumps
 from shellmb.system.direct.symmetry import is_symmetric
-from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, quotients, shift_and_invert
+from shellmb.system.eigenvalues import FALSE, left, quotients, shift_and_invert
 
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
@@ -272,7 +272,7 @@ def _factored(A: PETSc.Mat) -> PETSc.KSP:
     solver = PETSc.KSP().create(A.getComm())
     solver.setOperators(A)
     solver.setType(PETSc.KSP.Type.PREONLY)
-    factors_of_mumps(solver, solver)
+    use_mumps(solver.getPC(), PETSc.PC.Type.LU, new_prefix(solver), MUMPS_OPTIONS)
     return solver
 
 
