@@ -189,9 +189,8 @@ class SerialTwoSided(TwoSided):
         self._lib, self._pointer = native.cells().lib, (pointer := CArrays())
 
         def side(system: BlockSystem) -> Any:
-            assert system.at_once is not None
-            both = {"x": pointer(system.x.array), "b": pointer(system.b.array)}
-            return pointer.many("OneSide", [{"evaluation": system.at_once.evaluation, **both}])
+            vectors = {"x": pointer(system.x.array), "b": pointer(system.b.array)}
+            return pointer.many("OneSide", [{"evaluation": system.evaluation, **vectors}])
 
         members = {
             "size": len(u),
@@ -213,5 +212,5 @@ class SerialTwoSided(TwoSided):
 def two_sided(sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> TwoSided:
     """Make both sides of a run; arguments as of `TwoSided`."""
     systems = [side.system for side in sides]
-    one = all(system.at_once is not None and not system.couplings for system in systems)
+    one = all(system.evaluation is not None and not system.couplings for system in systems)
     return (SerialTwoSided if one else TwoSided)(sides, u, sizes, distance)

@@ -65,16 +65,16 @@ def test_a_residual_at_once(simulation) -> None:
     system, found = simulation.problem.system, []
     x, start = system.x.copy(), system.x.copy()
     x.array[:] += 1e-3 * some(len(x.array_r))
-    once = system.at_once
+    once = system.evaluation
     assert once is not None
     try:
-        for system.at_once in (once, None):
+        for system.evaluation in (once, None):
             system.evaluate(start, system.b)
             system.evaluate(x, system.b)
             values = [field.function.x.array.copy() for field in system.fields]
             found.append([system.b.array_r.copy(), system.reactions.copy(), *values])
     finally:
-        system.at_once = once
+        system.evaluation = once
         system.evaluate(start, system.b)
     for one, other in zip(*found, strict=True):
         assert np.array_equal(one, other) and one.any()

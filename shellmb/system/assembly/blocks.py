@@ -8,7 +8,7 @@ motion reaches its neighbours within the same Newton step.
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -20,27 +20,20 @@ from ufl import Form
 
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
+from shellmb.native import library as native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import together
-from shellmb.system.assembly.fields import DependentFunctions, Field, following, general_position
+from shellmb.system.assembly.fields import (
+    DependentFunctions,
+    Field,
+    Following,
+    following,
+    general_position,
+)
 from shellmb.system.assembly.functionals import DolfinxResiduals, Residuals, RowForm
+from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.numbering import Numbering, Numbers, most_entries
 from shellmb.system.couplings import Coupled, Coupling
-
-
-class Evaluate(Protocol):
-    """Gives the functions their values and assembles the residual, in one.
-
-    Attributes:
-        evaluation: For C, what it knows.
-    """
-
-    evaluation: Any
-
-    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        """Residual `b` at the unknowns `x`."""
-        ...
-
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
 
@@ -62,7 +55,7 @@ class BlockSystem:
         residual_forms: Residuals made ready, with the numbers of the fields whose rows they have.
         jacobians: Their derivatives by row and column field.
         residuals: What assembles the residuals.
-        at_once: What does so and gives the functions their values in one, if anything does.
+        evaluation: For C, what does so and gives the functions their values in one; None: nothing.
         exchange: Between unknowns and what this rank sees of them.
         jit_seconds: Time spent on making the forms ready, s.
         values: Given values of the fixed unknowns, among those of all owned ones.
@@ -96,7 +89,7 @@ class BlockSystem:
         # views: those that DOLFINx's functions give are made anew at each call
         self.arrays = [f.function.x.array for f in fields]
         self.exchange = Numbers(comm, n.owned, n.local_to_global)
-        self.at_once: Evaluate | None = None
+        self.evaluation: Any = None
         self._owned = [self.owned(k) for k in range(len(fields))]
         self._set_fixed()
 
@@ -253,12 +246,42 @@ class BlockSystem:
 
     def evaluate(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x`, which the functions take, into `b`."""
-        if self.at_once is None:
+        if self.evaluation is None:
             self.scatter(x)
             self.residual(x, b)
             return
-        self.at_once(x, b)
+        self._lib.evaluate(self.evaluation, x.handle, b.handle)
         self._couple(b)
+
+    def take_loops(self, residuals: LoopResiduals) -> None:
+        """Assemble residuals by loops in C from now on; in one process one call evaluates all.
+
+        Args:
+            residuals: The loops.
+        """
+        self.residuals = residuals
+        if not self.exchange.serial:
+            return
+        assert isinstance(self.follow, Following)
+        self._lib, n = native.cells().lib, self.numbering
+        # what C points to
+        self._pointer = pointer = native.CArrays()
+        members = {
+            "fields": len(self.arrays),
+            "ends": pointer(n.offsets[1:].astype(np.int64)),
+            "arrays": pointer.many("double *", list(map(pointer, self.arrays))),
+            "local": len(n.local_to_global),
+            "wanted": pointer(self.exchange.wanted),
+            **self.follow.members,
+            "sums": pointer(np.zeros(len(n.local_to_global))),
+            "owned": n.owned,
+            "meshes": residuals.struct,
+            "held": len(self.fixed),
+            "fixed": pointer(self.fixed),
+            "values": pointer(self.values),
+            "reactions": pointer(self.reactions),
+        }
+        self.evaluation = pointer.many("Evaluation", [members])
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""

@@ -23,14 +23,12 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.clock import now
 from shellmb.native import library as native
-from shellmb.native.library import CArrays
-from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Following, general_position
+from shellmb.system.assembly.fields import general_position
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
-from shellmb.system.condensation.substitution import DirectSolution, Passes, SeveralPasses
+from shellmb.system.condensation.substitution import DirectSolution, Passes
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import DirectSolver, Purpose
@@ -58,9 +56,7 @@ class Reduction(Linear):
     def __init__(self, nodes: SystemNodes, prefix: str) -> None:
         super().__init__(system := nodes.system)
         self._groups = groups = mesh_groups(system)
-        system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
-        if system.exchange.serial:
-            system.at_once = FusedResidual(system, residuals)
+        system.take_loops(LoopResiduals(group.residuals for group in groups))
         kept = [system.coupled.dofs.local] if system.couplings else []
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups], kept)
         self._prefix = prefix
@@ -85,7 +81,9 @@ class Reduction(Linear):
         members = [part.jacobian(values) for part, values in pairs]
         self._lib, self._pointer = native.cells().lib, native.CArrays()
         self._jacobians = len(members), self._pointer.many("Jacobian", members)
-        self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
+        # of several solutions at a time: their passes, and their vectors by how many they are
+        self._beside = list[Passes]()
+        self._columns: dict[int, tuple[Floats, list[PETSc.Mat]]] = {}
 
     @property
     def size(self) -> int:
@@ -220,17 +218,29 @@ class Reduction(Linear):
         if len(given) == 1 or self._at_once is None or not self.solver.many:
             return super().solve_many(given, found)
         start, shift = now(), self.numbers.correction()
-        several = self._several.of(len(given))
-        for passing, b, rhs in zip(several.passes, given, several.rhs, strict=True):
-            passing.before(b.array_r, None, rhs)
+        (rhs, solutions), matrices = self._vectors(len(given))
+        for passing, b, column in zip(self._beside, given, rhs, strict=False):
+            passing.before(b.array_r, None, column)
         before = now()
-        self.solver.solve_many(*several.matrices)
+        self.solver.solve_many(*matrices)
         inside = now() - before
-        for passing, dx, solution in zip(several.passes, found, several.solutions, strict=True):
-            passing.after(solution, shift, dx.array)
+        for passing, dx, column in zip(self._beside, found, solutions, strict=False):
+            passing.after(column, shift, dx.array)
         self.seconds["solve"] += inside
         self.seconds["reduction"] += now() - start - inside
         return None
+
+    def _vectors(self, count: int) -> tuple[Floats, list[PETSc.Mat]]:
+        """Right-hand sides and solutions of so many reduced systems, as rows and as matrices."""
+        while len(self._beside) < count:
+            self._beside.append(Passes(self.numbers, [part.beside() for part in self.parts]))
+        if count not in self._columns:
+            # columns follow one another, as PETSc has them
+            vectors = np.zeros((2, count, self.size))
+            of, comm = (self.size, count), PETSc.COMM_SELF
+            matrices = [PETSc.Mat().createDense(of, array=v.T, comm=comm) for v in vectors]
+            self._columns[count] = vectors, matrices
+        return self._columns[count]
 
     def solve_transposed(self, b: PETSc.Vec) -> str | None:
         """Solve `J^T x = b` for all but the equations of lengths and angles at nodes.
@@ -266,45 +276,3 @@ def _check_nodal(rest: Floats, force: Floats, nodes: DirectorNodes) -> None:
     here = ~nodes.held
     if np.any(np.abs(rest[here]) > 1e-6 * (np.abs(force[here]).max(initial=0.0) + 1e-300)):
         raise ValueError(f"{nodes.field.name}: multipliers do not act on the directors declared")
-
-
-class FusedResidual:
-    """The parts of `BlockSystem.evaluate` in one call.
-
-    Args:
-        system: The system.
-        residuals: What assembles its residuals.
-
-    Attributes:
-        evaluation: For C, what it knows.
-    """
-
-    def __init__(self, system: BlockSystem, residuals: LoopResiduals) -> None:
-        self._lib, pointer, n = native.cells().lib, CArrays(), system.numbering
-        assert isinstance(system.follow, Following)
-        self.evaluation = pointer.many(
-            "Evaluation",
-            [
-                {
-                    "fields": len(system.arrays),
-                    "ends": pointer(n.offsets[1:].astype(np.int64)),
-                    "arrays": pointer.many("double *", list(map(pointer, system.arrays))),
-                    "local": len(n.local_to_global),
-                    "wanted": pointer(system.exchange.wanted),
-                    **system.follow.members,
-                    "sums": pointer(np.zeros(len(n.local_to_global))),
-                    "owned": n.owned,
-                    "meshes": residuals.struct,
-                    "held": len(system.fixed),
-                    "fixed": pointer(system.fixed),
-                    "values": pointer(system.values),
-                    "reactions": pointer(system.reactions),
-                }
-            ],
-        )
-        # what it points to
-        self._kept = pointer, system.follow, residuals
-
-    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        """Residual `b` at the unknowns `x`, which the fields take."""
-        self._lib.evaluate(self.evaluation, x.handle, b.handle)

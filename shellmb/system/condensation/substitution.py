@@ -1,7 +1,7 @@
 """The passes of a solution: from the residual to the reduced system, and from its solution back."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -180,51 +180,3 @@ class DirectSolution:
         where = b.handle, *map(native.doubles, (load, given)), dx.handle
         error = self._lib.solve(self._solution, reduced, *factors, *where)
         return error, reduced[0].seconds
-
-
-class Several(NamedTuple):
-    """Several solutions at a time.
-
-    Args:
-        passes: Their passes.
-        matrices: Right-hand sides and solutions of the reduced system, a column each.
-        rhs: Columns of the first matrix.
-        solutions: Columns of the second one.
-    """
-
-    passes: Sequence[Passes]
-    matrices: tuple[PETSc.Mat, PETSc.Mat]
-    rhs: Sequence[Floats]
-    solutions: Sequence[Floats]
-
-
-class SeveralPasses:
-    """Passes of several solutions at a time, in one process; made when they are asked for.
-
-    Args:
-        numbers: Numbers of the reduced unknowns.
-        parts: Reductions of all meshes.
-        size: Number of unknowns in the matrix.
-    """
-
-    def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction], size: int) -> None:
-        self._numbers, self._parts, self._size = numbers, parts, size
-        self._passes: list[Passes] = []
-        self._made: dict[int, Several] = {}
-
-    def of(self, count: int) -> Several:
-        """Passes and vectors of so many solutions."""
-        if count not in self._made:
-            while len(self._passes) < count:
-                beside = [part.beside() for part in self._parts]
-                self._passes.append(Passes(self._numbers, beside))
-            # columns follow one another, as PETSc has them
-            columns = np.zeros((2, count, self._size))
-            right, unknown = (
-                PETSc.Mat().createDense((self._size, count), array=c.T, comm=PETSc.COMM_SELF)
-                for c in columns
-            )
-            self._made[count] = Several(
-                self._passes[:count], (right, unknown), list(columns[0]), list(columns[1])
-            )
-        return self._made[count]
