@@ -1,7 +1,6 @@
 """Choice of the assembler: the loops in C, or the reference in plain DOLFINx and NumPy."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from contextvars import ContextVar
 from functools import wraps
 from typing import Any, Literal
@@ -16,20 +15,6 @@ def is_native() -> bool:
     return _CHOSEN.get() != "reference"
 
 
-@contextmanager
-def assembled_by(assembler: Assembler) -> Iterator[None]:
-    """Make all that is built meanwhile with an assembler.
-
-    Args:
-        assembler: Its name.
-    """
-    token = _CHOSEN.set(assembler)
-    try:
-        yield
-    finally:
-        _CHOSEN.reset(token)
-
-
 def assembled_as[**P, R](solver: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a function such that it works with the assembler of a scene.
 
@@ -40,7 +25,7 @@ def assembled_as[**P, R](solver: Callable[..., Any]) -> Callable[[Callable[P, R]
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
-            # as `assembled_by`, without a context that is made anew for each step
+            # no context, which would be made anew for each step
             token = _CHOSEN.set(solver(*args, **kwargs).assembler)
             try:
                 return function(*args, **kwargs)

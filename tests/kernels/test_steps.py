@@ -10,9 +10,10 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
-from shellmb.native.assembler import assembled_by
+from shellmb.native.assembler import assembled_as
 from shellmb.native.expressions import values_at_states
 from shellmb.observers.deferred import StepValues
+from shellmb.scene import Solver
 from shellmb.system.assembly.functionals import functionals
 
 # the same kernels on the same numbers; by DOLFINx in another order of operations
@@ -60,8 +61,8 @@ def test_values_at_states_are_those_in_the_middles_of_cells(parts, assembler) ->
     _, v, c = parts
     state = fem.Function(v.function_space)
     changed(parts, 1)
-    with assembled_by(assembler):
-        find = values_at_states(ufl.as_vector([c * state[0], state[1] * v[0]]), state)
+    make = assembled_as(lambda *_: Solver(assembler=assembler))(values_at_states)
+    find = make(ufl.as_vector([c * state[0], state[1] * v[0]]), state)
     rng = np.random.default_rng(5)
     states = rng.normal(size=(3, len(state.x.array)))
     for step in (2, 7):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.observers.account.rotations import _Flexible
+from shellmb.observers.account.rotations import _directions
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.forces.reactions import Carrier
 from shellmb.scene import Beam, Isotropic, Line, Rectangle, RectangularSection, Scene, Shell
@@ -56,8 +56,9 @@ def test_sums_of_a_step(bodies, name) -> None:
     x, dx = body.mixed.nodes("u")[some] + middle[u], change[u]
     d, dd = (D[some] + middle[w]).reshape(-1, 3), change[w].reshape(-1, 3)
     squares = np.concatenate([x.T @ x, x.T @ dx, d.T @ d, d.T @ dd]).ravel()
-    flexible = _Flexible(name, Nodes(body, some))
-    chord = flexible.sum(start, end, sums := np.zeros(43))
+    nodes = Nodes(body, some)
+    square = nodes.sums().rotation_sums(nodes.directors, start, end, sums := np.zeros(43))
+    chord = np.sqrt(square / _directions(nodes.directors))
     expected = np.concatenate([[3], x.sum(axis=0), dx.sum(axis=0), squares])
     np.testing.assert_allclose(sums, expected, rtol=1e-12, atol=1e-13)
     # of a rotation by `a` two of three directors see a chord of `2 sin(a/2)`

@@ -18,7 +18,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.deferred import STEPS, Booked, DeferredObserver, Row, SharedTable
-from shellmb.observers.fields.nodal import Nodes
+from shellmb.observers.fields.nodal import Nodes, NodeSums
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.simulate.simulation import Simulation
 
@@ -87,7 +87,8 @@ class BodyRotations(DeferredObserver):
     def start(self, simulation: Simulation) -> None:
         """Find the nodes."""
         model, problem = simulation.model, simulation.problem
-        self._flexible: list[tuple[_Flexible, Ends]] = []
+        # names of shells and beams, nodes of them that this rank owns, and their directors
+        self._flexible: list[tuple[str, NodeSums, int, Ends]] = []
         self._rigid: list[_Frames] = []
         # of each step its end and length
         self._when = [(0.0, 0.0)] * STEPS
@@ -104,7 +105,8 @@ class BodyRotations(DeferredObserver):
             index_map = body.mixed.space.dofmap.index_map
             first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
             mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
-            self._flexible.append((_Flexible(name, Nodes(body, mine)), ends(name)))
+            nodes = Nodes(body, mine)
+            self._flexible.append((name, nodes.sums(), nodes.directors, ends(name)))
         names = [*model.meshed, *(name for frames in self._rigid for name in frames.names)]
         self._turns = {name: Turn() for name in names} | self._turns
         # chords and sums of flexible bodies
@@ -117,9 +119,11 @@ class BodyRotations(DeferredObserver):
             return
         self._when[row] = last.t + last.dt, last.dt
         comm = simulation.model.comm
-        for k, (body, ends) in enumerate(self._flexible):
+        for k, (_, nodes, directors, ends) in enumerate(self._flexible):
             sums = self._sums[row, k]
-            sums[0] = body.sum(*ends, sums[1:])
+            square = nodes.rotation_sums(directors, *ends, sums[1:])
+            # the largest chord of the nodes
+            sums[0] = math.sqrt(square / _directions(directors))
             if comm.size > 1:
                 comm.Allreduce(MPI.IN_PLACE, sums[1:])
                 sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
@@ -130,8 +134,8 @@ class BodyRotations(DeferredObserver):
         """Add the angles of the steps."""
         when = self._when[rows]
         if self._turns:
-            for k, (body, _) in enumerate(self._flexible):
-                turn = self._turns[body.name]
+            for k, (who, *_) in enumerate(self._flexible):
+                turn = self._turns[who]
                 chords = map(_angle, self._sums[rows, k, 0].tolist())
                 found = (part.tolist() for part in fit(self._sums[rows, k, 1:]))
                 for angle, mean, radius, (t, dt) in zip(chords, *found, when, strict=True):
@@ -147,29 +151,6 @@ class BodyRotations(DeferredObserver):
     def take_up(self, state: dict[str, Any]) -> None:
         """Take up findings so far."""
         self._turns = {name: Turn(**values) for name, values in state["turns"].items()}
-
-
-class _Flexible:
-    """Nodes of a shell or beam that this rank owns, and their sums.
-
-    Args:
-        name: Name of the body.
-        nodes: Its nodes.
-    """
-
-    def __init__(self, name: str, nodes: Nodes) -> None:
-        self.name, self._nodes, self._directors = name, nodes.sums(), nodes.directors
-
-    def sum(self, start: Floats, end: Floats, sums: Floats) -> float:
-        """Fill the sums of a step; returns the largest chord of the nodes.
-
-        Args:
-            start: Dofs of the body at the start of the step.
-            end: Those at its end.
-            sums: Gets what `fit` takes of a step, to be summed over the ranks.
-        """
-        square = self._nodes.rotation_sums(self._directors, start, end, sums)
-        return math.sqrt(square / _directions(self._directors))
 
 
 class _Frames:
