@@ -1,13 +1,14 @@
 """Newton's method with a convergence test per field; DOLFINx's solver, or PETSc's SNES.
 
-Both hold the loop around `Iteration`. DOLFINx's `NewtonSolver` is deprecated: where it is gone,
-the same loop is in this module.
+Both hold the loop around `Iteration`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import Any, Protocol
+from types import SimpleNamespace
+from typing import Protocol
+from weakref import proxy
 
 from petsc4py import PETSc
 
@@ -49,58 +50,14 @@ class Nonlinear(Protocol):
         ...
 
 
-class Running[T]:
-    """State that callbacks work on while something is solved.
-
-    Loops in C++ keep their callbacks for ever. What these would keep alive, and through it all
-    meshes, of which MPI has room for some hundreds only, is here only while they are needed.
-
-    Attributes:
-        now: It.
-    """
-
-    now: T
-
-    def __call__(self, now: T) -> Running[T]:
-        """For a `with` statement.
-
-        Args:
-            now: What is solved.
-        """
-        self.now = now
-        return self
-
-    def __enter__(self) -> None:
-        """Nothing to do: `now` is set."""
-
-    def __exit__(self, *failure: object) -> None:
-        """Nothing runs any more."""
-        del self.now
-
-
-class LinearShell:
-    """The linear solution as PETSc calls it.
-
-    Args:
-        running: What is solved at the moment.
-    """
-
-    def __init__(self, running: Running[Any]) -> None:
-        self._running = running
-
-    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve."""
-        self._running.now.iteration.solve_linear(b, x)
-
-
-def _shell(ksp: PETSc.KSP, iteration: Iteration, running: Running[Any]) -> PETSc.Mat:
+def _own_linear(ksp: PETSc.KSP, iteration: Iteration) -> PETSc.Mat:
     """Make a Krylov solver call the iteration's linear solution; returns a matrix to satisfy it."""
+    own, sizes = proxy(iteration), (iteration.system.numbering.owned, PETSc.DETERMINE)
     ksp.setType(PETSc.KSP.Type.PREONLY)
-    pc = ksp.getPC()
-    pc.setType(PETSc.PC.Type.PYTHON)
-    pc.setPythonContext(LinearShell(running))
-    owned = iteration.system.numbering.owned
-    sizes = (owned, PETSc.DETERMINE)
+    ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+    apply = SimpleNamespace(apply=lambda pc, b, x: own.solve_linear(b, x))
+    ksp.getPC().setPythonContext(apply)
+    # what is assembled, and when, is up to the linear solution
     none = PETSc.Mat().createPython((sizes, sizes), object(), comm=iteration.system.comm)
     none.setUp()
     ksp.setOperators(none)
@@ -108,7 +65,10 @@ def _shell(ksp: PETSc.KSP, iteration: Iteration, running: Running[Any]) -> PETSc
 
 
 class LoopNewton:
-    """The loop of DOLFINx's `NewtonSolver`: DOLFINx's own or, where that is gone, `_loop`.
+    """Newton's method in the loop of DOLFINx's `NewtonSolver`.
+
+    It keeps its callbacks for ever. What these would keep alive, and through it all meshes, of
+    which MPI has room for some hundreds only, they know by proxies.
 
     Args:
         iteration: What it iterates.
@@ -117,43 +77,19 @@ class LoopNewton:
     def __init__(self, iteration: Iteration) -> None:
         self.iteration, self.system = iteration, iteration.system
         self._converged = False
-        self._solve = self._dolfinx() if has_newton_solver() else self._loop
-        self._dx = self.system.x.duplicate()
-
-    def _dolfinx(self) -> Callable[[PETSc.Vec], tuple[int, bool]]:
-        """DOLFINx's solver, which says at each call of its constructor that it is deprecated."""
+        # it says at each call of its constructor that it is deprecated
         with silenced(2):
-            solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
-        running = self._running = Running[LoopNewton]()
-        solver.setF(lambda x, b: running.now.iteration.residual(x, b), self.system.b)
-        self._matrix = _shell(solver.krylov_solver, self.iteration, running)
-        # what is assembled, and when, is up to the linear solution
+            self._solver = solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
+        own = proxy(self)
+        solver.setF(lambda x, b: own.iteration.residual(x, b), self.system.b)
+        self._matrix = _own_linear(solver.krylov_solver, iteration)
         solver.setJ(lambda x, A: None, self._matrix)
-        solver.set_update(lambda solver, dx, x: running.now._update(dx, x))
-        solver.set_convergence_check(lambda solver, dx: (1.0, running.now._converged))
+        solver.set_update(lambda solver, dx, x: own._update(dx, x))
+        solver.set_convergence_check(lambda solver, dx: (1.0, own._converged))
         solver.convergence_criterion = "incremental"
-        solver.max_it = self.iteration.settings.max_iterations
+        solver.max_it = iteration.settings.max_iterations
         solver.error_on_nonconvergence = False
         solver.report = False
-
-        def solve(x: PETSc.Vec) -> tuple[int, bool]:
-            with running(self):
-                return solver.solve(x)
-
-        return solve
-
-    def _loop(self, x: PETSc.Vec) -> tuple[int, bool]:
-        """Do what DOLFINx's solver does: number of iterations, and whether they converged."""
-        iteration, b, dx = self.iteration, self.system.b, self._dx
-        iteration.residual(x, b)
-        for k in range(iteration.settings.max_iterations):
-            iteration.solve_linear(b, dx)
-            self._update(dx, x)
-            iteration.residual(x, b)
-            # the first update is always followed by another
-            if k > 0 and self._converged:
-                return k + 1, True
-        return iteration.settings.max_iterations, False
 
     def _update(self, dx: PETSc.Vec, x: PETSc.Vec) -> None:
         if self.iteration.failure is not None:
@@ -176,15 +112,10 @@ class LoopNewton:
             self.iteration.update()
             return 1
         self._converged = False
-        iterations, converged = self._solve(self.system.x)
+        iterations, converged = self._solver.solve(self.system.x)
         if not converged:
             raise self.iteration.unfinished()
         return int(iterations)
-
-
-def has_newton_solver() -> bool:
-    """Look for DOLFINx's `NewtonSolver`, which its main branch lacks since August 2026."""
-    return hasattr(getattr(getattr(cpp, "nls", None), "petsc", None), "NewtonSolver")
 
 
 class SnesNewton:
@@ -196,17 +127,16 @@ class SnesNewton:
 
     def __init__(self, iteration: Iteration) -> None:
         self.iteration, self.system = iteration, iteration.system
-        snes = PETSc.SNES().create(self.system.comm)
+        self._snes = snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix(iteration.prefix)
-        running = self._running = Running[SnesNewton]()
-        self._matrix = _shell(snes.getKSP(), iteration, running)
-        snes.setFunction(lambda snes, x, b: running.now.iteration.residual(x, b), self.system.b)
+        own = proxy(self)
+        self._matrix = _own_linear(snes.getKSP(), iteration)
+        snes.setFunction(lambda snes, x, b: own.iteration.residual(x, b), self.system.b)
         snes.setJacobian(lambda snes, x, A, P: None, self._matrix)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.getLineSearch().setType(PETSc.SNESLineSearch.Type.BASIC)
-        snes.setConvergenceTest(lambda *args: running.now._test(*args))
+        snes.setConvergenceTest(lambda *args: own._test(*args))
         snes.setTolerances(max_it=iteration.settings.max_iterations)
-        self._snes = snes
         self._error: ConvergenceError | None = None
 
     def _test(
@@ -234,8 +164,7 @@ class SnesNewton:
         """
         self.iteration.begin(key, full, guess)
         self._error = None
-        with self._running(self):
-            self._snes.solve(None, self.system.x)
+        self._snes.solve(None, self.system.x)
         if self._snes.getConvergedReason() <= 0:
             raise self._error or self.iteration.unfinished()
         self.system.scatter(self.system.x)
