@@ -43,29 +43,6 @@ def undamaged(file: Path) -> Iterator[None]:
         raise Damaged(f"{file} is damaged ({_first(error)})") from None
 
 
-def check_file(file: Path, most: float | None = None) -> None:
-    """Refuse what is no file, and what is too long.
-
-    Args:
-        file: The file.
-        most: How long it may be, bytes; None: a part of this machine's memory.
-
-    Raises:
-        Damaged: If it is no such file.
-        OSError: If it is not there.
-    """
-    found = file.stat()
-    if not stat.S_ISREG(found.st_mode):
-        raise Damaged(f"{file} is damaged (it is no file, but a folder, a device or a pipe)")
-    memory = SHARE * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    limit = memory if most is None else min(most, memory)
-    if found.st_size > limit:
-        raise Damaged(
-            f"{file} is damaged (it has {found.st_size:.3g} bytes, and at most {limit:.3g} are "
-            "read)"
-        )
-
-
 def read_bytes(file: Path, most: float | None = None) -> bytes:
     """The content of a file.
 
@@ -77,7 +54,16 @@ def read_bytes(file: Path, most: float | None = None) -> bytes:
         Damaged: If it is no file, too long, or cannot be read.
     """
     try:
-        check_file(file, most)
+        found = file.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise Damaged(f"{file} is damaged (it is no file, but a folder, a device or a pipe)")
+        memory = SHARE * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        limit = memory if most is None else min(most, memory)
+        if found.st_size > limit:
+            raise Damaged(
+                f"{file} is damaged (it has {found.st_size:.3g} bytes, and at most {limit:.3g} are "
+                "read)"
+            )
         return file.read_bytes()
     except OSError as error:
         raise Damaged(f"{file} cannot be read ({error.strerror})") from None
@@ -153,7 +139,7 @@ def check_archive(archive: zipfile.ZipFile, packed: int) -> None:
 
 
 def _first(error: Any) -> str:
-    """What is wrong; of pydantic's report the first error."""
+    """Text of an error, of pydantic's report that of the first one."""
     if not hasattr(error, "errors"):
         return str(error)
     first = error.errors(include_url=False)[0]

@@ -8,7 +8,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, of_first
 from shellmb.observers.files.checkpoint import Arrays, Saved
 from shellmb.running.directory import claimed
 from shellmb.running.execute import RunResult, execute, take_up
@@ -71,7 +71,7 @@ def resume(
         # killed before its first state a run has computed nothing: it begins again
         saved = None
         said: list[str] = []
-        if has_begun(directory, comm) or request is None:
+        if of_first(comm, lambda: has_begun(directory)) or request is None:
             saved = read_saved(directory, comm, spread=True)
             said += _same_scene(scene, saved.scene, request)
         if request is not None:

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from shellmb.errors import SceneError, alike, of_first
+from shellmb.errors import SceneError, alike
 from shellmb.files.reading import Damaged, read_bytes, read_json, undamaged
 from shellmb.files.writing import checksum, is_intact
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
@@ -69,20 +69,15 @@ class _State(_Table):
     observers: _Observers
 
 
-def has_begun(directory: Path, comm: MPI.Comm) -> bool:
+def has_begun(directory: Path) -> bool:
     """Decide whether a run has computed anything: it is killed before its first state, or goes on.
 
     Args:
         directory: The run directory.
-        comm: Communicator; the call is collective.
 
     Raises:
         SceneError: If it has, and its state is missing.
     """
-    return of_first(comm, lambda: _begun(directory))
-
-
-def _begun(directory: Path) -> bool:
     file, history = directory / STATE / STATE_FILE, directory / HISTORY
     if file.exists():
         return True
