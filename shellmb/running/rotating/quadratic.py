@@ -31,13 +31,15 @@ ROUNDS = 10
 # damping's time, and Arnoldi's method parts them with a large basis only.
 CROWDED = ((1.0, 16), (1.37, 16))
 
-# Eigenvalues below the first part of the shift may be zero: a double one, as of a free rotation, is
-# found to the square root of round-off. Of bodies that spin they are below the second part, and
-# where nothing resists but so many times the round-off of stiffness and spin: up to 5e5 were seen.
-NEUTRAL, FOUND, NOISE = 3e-3, 1e-5, 5e6
+# Eigenvalues below this part of the shift may be zero: a double one, as of a free rotation, is
+# found to the square root of round-off
+NEUTRAL = 3e-3
 # Vectors are cleared of others. What is left makes zeros of the first part of the shift (3e-10 was
 # seen), and where something spins of the second one (8e-6)
-MIXED, TILTED = 1e-8, 1e-4
+MIXED, TILTED = 1e-8, 3e-5
+# Arnoldi's method may find zeros whose vectors have others, farther than this part of the shift:
+# they are none (4e-3 and 8e-6 were seen)
+BESIDE = 3e-4
 
 # all that is so slow is nearer to the shift than this part of it, and found before what is not
 BEYOND = 1.01
@@ -153,24 +155,17 @@ def told_from_zero(
         M: Mass.
         shift: The shift at which they were found, 1/s.
     """
-    found = list(pairs)
-    slow = [k for k, pair in enumerate(pairs) if abs(pair.value) < NEUTRAL * shift]
+    slow = [pair for pair in pairs if abs(pair.value) < NEUTRAL * shift]
     if not slow:
-        return found
-    mixed = MIXED
-    if not is_symmetric(C):
-        # of what spins all that is clearly more than the error of vectors keeps its value
-        mixed = TILTED
-        held, spun = (_round_off(A, M, [pairs[k] for k in slow]) for A in (K, C))
-        least = np.maximum(NOISE * (held + spun**2 / np.finfo(float).eps), (FOUND * shift) ** 2)
-        sizes = np.array([abs(pairs[k].value) for k in slow])
-        rates = [abs(product(C, p, p) / product(M, p, p)) for p in (pairs[k] for k in slow)]
-        slow = np.asarray(slow)[sizes * np.maximum(sizes, rates) < least].tolist()
-    for k, pair in zip(slow, _cleared([pairs[k] for k in slow], K, C, M, shift), strict=True):
+        return list(pairs)
+    mixed = MIXED if is_symmetric(C) else TILTED
+    found = [pair for pair in pairs if abs(pair.value) >= NEUTRAL * shift]
+    for pair in _cleared(slow, K, C, M, shift):
         value = _nearest([1.0, *(_above(A, M, pair) for A in (C, K))], pair.value)
-        still = abs(value) < mixed * shift
-        found[k] = pair._replace(value=STILL * pair.value if still else value)
-    return found
+        if abs(value - pair.value) < BESIDE * shift:
+            still = abs(value) < mixed * shift
+            found.append(pair._replace(value=STILL * pair.value if still else value))
+    return sorted(found, key=lambda pair: abs(pair.value))
 
 
 def motions(
