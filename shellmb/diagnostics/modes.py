@@ -256,8 +256,8 @@ class Impacts(Watch):
     def switched(self, simulation: Simulation) -> None:
         """Take the impact."""
         energies, rigid = self.sources.energy, simulation.model.rigid
-        lost = energies.values["dissipation"] - self.sources.history.rows[-1]["dissipation"]
-        if rigid is None or self.idle or not lost > NOTHING * energies.exchanged:
+        loss = energies.values["dissipation"] - self.sources.history.rows[-1]["dissipation"]
+        if rigid is None or self.idle or not loss > NOTHING * energies.exchanged:
             return
         begun = [
             item.group.labels[k]
@@ -271,7 +271,7 @@ class Impacts(Watch):
             euler = np.trace(body.inertia_tensor) / 2 * np.eye(3) - body.inertia_tensor
             energy = body.mass * (x @ x) + np.sum(euler * (np.array(d) @ np.transpose(d)))
             energy += eta**2 @ (data.stiffness / data.omega2)
-            self._note(name, float(energy / 2 / lost), simulation.t, ", ".join(begun))
+            self._note(name, float(energy / 2 / loss), simulation.t, ", ".join(begun))
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that takes more than a part of an impact."""

@@ -6,6 +6,7 @@ from shellmb.diagnostics.contacts import Between, Contacts, Lifting, Slipping, T
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
+from shellmb.diagnostics.modal_terms import ModalTerms
 from shellmb.diagnostics.modes import DampedModes, Impacts
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.diagnostics.statics import LimitPoints, PathEnd, Unstable
@@ -19,6 +20,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LinearBodies,
     DampedModes,
     Impacts,
+    ModalTerms,
     LargeTurns,
     Folded,
     Coarse,

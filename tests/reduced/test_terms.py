@@ -12,6 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,
+    Clamped,
     Cylinder,
     Hinged,
     InitialVelocity,
@@ -139,6 +140,37 @@ def test_a_bed_moves_few_modes_as_the_exact_body() -> None:
     exact, modal = (plated(model, **more) for model in ("exact", Modal(modes=4)))
     off = np.abs(modal - exact).max(axis=0) / np.abs(exact).max(axis=0)
     assert off.max() < 0.08
+
+
+def cubic_spring(point: Any) -> Any:
+    """A spring near a corner, of the third power of the displacement: nothing at rest."""
+    x = point.x - point.u
+    near = ufl.exp(-((20.0 * (x[0] - 0.9)) ** 2) - (20.0 * (x[1] - 0.1)) ** 2)
+    return -1e9 * near * point.u[2] ** 3 * point.du[2]
+
+
+def test_what_modes_lack_of_terms_that_do_nothing_at_rest_is_said() -> None:
+    """One mode is 6 % off at a corner beside the spring, four are 0.1 %."""
+    section = Isotropic(E=E, nu=NU, thickness=THICKNESS, density=2700.0)
+
+    def run(model: Any, term: Any = cubic_spring) -> Any:
+        plate = Shell("plate", Rectangle(1.0, 0.4), section, (8, 4), model=model, terms=(term,))
+        push = SurfaceForce(
+            (0, 0, 300.0), time=lambda t: np.sin(np.pi * t / 0.03) ** 2 * (t < 0.03)
+        )
+        probes = [Probe(f"w{y}", (1.0, y, 0.0), component=2) for y in (0.0, 0.4)]
+        motion = {"scheme": "ep", "dt": 1e-3, "t_end": 0.06}
+        more = {"supports": Clamped("left"), "loads": push, "probes": probes}
+        return execute(Scene("sprung", plate, **more, **motion))
+
+    exact, one, four = (run(m) for m in ("exact", Modal(modes=1), Modal(modes=4)))
+    moved = [each.history[["w0.0", "w0.4"]].to_numpy() for each in (exact, one, four)]
+    off = [np.abs(each - moved[0]).max() / np.abs(moved[0]).max() for each in moved]
+    assert not four.warnings and off[2] < 2e-3
+    (warning,) = one.warnings
+    # by forces as they are, which fall where the body gives way: it may be so much
+    assert warning.watch == "terms on modes" and off[1] < warning.value < 6 * off[1]
+    assert "shell 'plate'" in warning.says and f"up to {warning.value:.0%} of" in warning.says
 
 
 @SLOW

@@ -26,7 +26,7 @@ body's points. Both leave one rotation free, which is the one that brings shapes
 other body's: that depends smoothly on the body.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -139,6 +139,8 @@ class ModalBody:
         length: Size of the body, m.
         clamped: Lowest angular frequency with one of the frames held, rad/s; of the free body
             without any.
+        lacking: Gives the largest displacement by added terms that no mode has, m, at a time, with
+            values at nodes, and directors of the frame; None without terms; collective.
     """
 
     name: str
@@ -157,6 +159,7 @@ class ModalBody:
     touched: Mapping[str, tuple[str, Any, str]]
     length: float
     clamped: float
+    lacking: Callable[[float, Mapping[str, Any], Floats], float] | None = None
 
     @property
     def count(self) -> int:

@@ -27,7 +27,7 @@ from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
 from shellmb.preprocessing.constraint_analysis.mobility import SMALL, Frame, describe
 from shellmb.preprocessing.modal.isolated import IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
-from shellmb.preprocessing.modal.ritz import relaxing, ritz_vectors
+from shellmb.preprocessing.modal.ritz import lacking, relaxing, ritz_vectors
 from shellmb.scene import GROUND, Clamped, Joint, Revolute, Scene, Support, Weld
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
@@ -184,6 +184,8 @@ class ReducedBody:
         forces = [*self._loads.vectors(), *terms.forces()]
         found = ritz_vectors(held, words[0], self.center, forces, terms.stiffness())
         self._find([isolated.vector(held.field(vector)) for vector in found])
+        termed = any(b.terms for b in bodies)
+        self._lacking = lacking(held, found, terms, self.center) if termed else None
         self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 
     def _find(self, vectors: list[Any]) -> None:
@@ -284,6 +286,7 @@ class ReducedBody:
             touched,
             self._length,
             float(np.sqrt(self._held(interfaces))),
+            self._lacking,
         )
 
     def _held(self, interfaces: Sequence[InterfaceModes]) -> float:

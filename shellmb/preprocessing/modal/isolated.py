@@ -122,6 +122,11 @@ class IsolatedBody:
         """The field of a vector of the system."""
         return self.system.local_values(vector)[: self.size]
 
+    def farthest(self, field: Floats) -> float:
+        """Largest displacement of a field, m; collective."""
+        far = float(np.max(np.linalg.norm(field[self._u], axis=1), initial=0.0))
+        return float(self.comm.allreduce(far, op=MPI.MAX))
+
     def work(self, forces: Floats, fields: Floats) -> Floats:
         """Work of nodal forces on fields, shape (size, n), of what each rank owns; collective."""
         local = forces[self._owned] @ fields[self._owned]

@@ -6,7 +6,7 @@ body, and moments, are taken to the first order in the modes. Terms act on the b
 only the modes follow from what they are at rest.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -157,7 +157,7 @@ class TermsAtRest:
 
     def __init__(self, isolated: IsolatedBody, t_end: float, static: bool) -> None:
         self._isolated, self._times = isolated, [share * t_end for share in TIMES]
-        self._forms: list[tuple[str, Any, fem.Function, Any]] = []
+        self._forms: list[tuple[str, Any, fem.Function, fem.Function, Any]] = []
         for body in isolated.model.meshed.values():
             space = body.mixed.space
             q, v = fem.Function(space), fem.Function(space)
@@ -165,18 +165,40 @@ class TermsAtRest:
             rates = None if static else Rates(v, v)
             work = body.users(q, rates, ufl.TestFunction(space), time)
             if work is not None:
-                self._forms.append((body.name, work, q, time))
+                self._forms.append((body.name, work, q, v, time))
+
+    def _at(self, t: float) -> Floats:
+        """Nodal forces at a time, and in the state that is set; collective."""
+        for *_, time in self._forms:
+            time.value = t
+        own = [self._isolated.of_body(name, assembled(work)) for name, work, *_ in self._forms]
+        return np.asarray(np.sum(own, axis=0))
+
+    def acting(self, t: float, nodes: Mapping[str, Any], d: Floats) -> Floats:
+        """Nodal forces along the axes of a frame that has moved with the body; collective.
+
+        Args:
+            t: Time, s.
+            nodes: Values at the nodes of each part of the body.
+            d: Directors of the frame as rows, shape (3, 3).
+        """
+        for name, _, q, v, _ in self._forms:
+            dofs, now = self._isolated.bodies[name].mixed.dofs, nodes[name]
+            turned = now.directors - now.reference_directors
+            for function, *parts in (
+                (q, now.displacement, turned),
+                (v, now.velocity, now.director_velocity),
+            ):
+                for where, values in zip((dofs["u"], dofs["w"]), parts, strict=True):
+                    function.x.array[where] = values.reshape(where.shape)
+        found, moved = self._at(t), self._isolated.moved
+        return np.asarray(sum(d[a, i] * moved(found, i, a) for a, i in np.ndindex(3, 3)))
 
     def forces(self) -> list[Floats]:
         """Independent nodal forces; collective."""
         if not self._forms:
             return []
-        found = []
-        for t in self._times:
-            for _, _, _, time in self._forms:
-                time.value = t
-            own = [self._isolated.of_body(name, assembled(work)) for name, work, *_ in self._forms]
-            found.append(np.sum(own, axis=0))
+        found = [self._at(t) for t in self._times]
         forces = [self._isolated.force(one) for one in found]
         gram = np.array([[one.dot(other) for one in forces] for other in forces])
         if not np.all(np.isfinite(gram)) or not np.any(gram):
@@ -189,12 +211,12 @@ class TermsAtRest:
         numbers = {body.name: k for k, body in enumerate(self._isolated.model.bodies)}
         blocks: Blocks = {
             (numbers[name], numbers[name]): [derivative(-work, q)]
-            for name, work, q, _ in self._forms
+            for name, work, q, *_ in self._forms
             if q in work.coefficients()
         }
         largest, size = None, 0.0
         for t in self._times if blocks else ():
-            for _, _, _, time in self._forms:
+            for *_, time in self._forms:
                 time.value = t
             found = self._isolated.system.symmetric_matrix(blocks, 0.0)
             # a length that is zero at rest has no slope there

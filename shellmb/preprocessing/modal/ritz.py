@@ -5,15 +5,18 @@ are taken, and what forces do. Relaxation that modes lack where strains of diffe
 different damping times is found from them, too.
 """
 
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.preprocessing.modal.isolated import SHIFT, STATIC, IsolatedBody
+from shellmb.preprocessing.modal.loads import TermsAtRest
 from shellmb.system.eigenvalues import eigenpairs
 
 # displacements by a force, relative to those in bending, that are round-off: a body gives way in
@@ -216,3 +219,32 @@ def relaxing(
     left = whole - known.T @ (known / stiffness[:, None])
     size = np.sqrt(np.outer(whole.diagonal(), whole.diagonal()))
     return np.asarray(np.where(np.abs(left) > NOTHING * size, left, 0.0))
+
+
+def lacking(
+    held: IsolatedBody, found: list[PETSc.Vec], terms: TermsAtRest, center: Floats
+) -> Callable[[float, Mapping[str, Any], Floats], float]:
+    """Measure of displacements by terms that no Ritz vector has, as of `ModalBody`.
+
+    Frames are fixed: what these carry has static modes.
+
+    Args:
+        held: The body in its supports.
+        found: Ritz vectors.
+        terms: The terms.
+        center: Centre of mass, shape (3,), m.
+    """
+    rigid, body = held.model.rigid, Held(held, held.K, center, frames=True)
+    frames = slice(0) if rigid is None else held.own[rigid.name]
+    moves = [float(np.max(np.abs(held.field(v)[frames]), initial=0.0)) for v in found]
+    most = held.comm.allreduce(np.array(moves), op=MPI.MAX)
+    own = [vector for vector, size in zip(found, most, strict=True) if size == 0]
+    inverse = np.linalg.pinv(held.gram(held.K, own), rcond=NO_MOTION, hermitian=True)
+
+    def farthest(t: float, nodes: Mapping[str, Any], d: Floats) -> float:
+        force = held.force(terms.acting(t, nodes, d))
+        (answer,) = body.answers([force])
+        answer.maxpy((-inverse @ [force.dot(vector) for vector in own]).tolist(), own)
+        return held.farthest(held.field(answer))
+
+    return farthest
