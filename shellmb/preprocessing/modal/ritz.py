@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -237,8 +236,8 @@ def lacking(
     rigid, body = held.model.rigid, Held(held, held.K, center, frames=True)
     frames = slice(0) if rigid is None else held.own[rigid.name]
     moves = [float(np.max(np.abs(held.field(v)[frames]), initial=0.0)) for v in found]
-    most = held.comm.allreduce(np.array(moves), op=MPI.MAX)
-    own = [vector for vector, size in zip(found, most, strict=True) if size == 0]
+    moved = held.comm.allreduce(np.array(moves))
+    own = [vector for vector, size in zip(found, moved, strict=True) if size == 0]
     inverse = np.linalg.pinv(held.gram(held.K, own), rcond=NO_MOTION, hermitian=True)
 
     def farthest(t: float, nodes: Mapping[str, Any], d: Floats) -> float:
