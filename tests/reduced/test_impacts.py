@@ -4,6 +4,8 @@ A panel on a hub spins until a lock stops the hub: what stops at once is the hub
 panel what its elements or modes hold to it. So the part of the panel is `1 - J w/impulse`.
 """
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,3 +75,33 @@ def test_what_takes_little_says_nothing() -> None:
     assert not impacts(sm.run(still, pictures=False))
     start = sm.Lock("shaft", when=sm.Sensor("shaft.rotation") >= -1.0)
     assert not impacts(sm.run(panel(sm.Modal(4), locks=start, initial=()), pictures=False))
+
+
+RANKED = """
+import sys
+import warnings
+sys.path.insert(0, {folder!r})
+warnings.simplefilter("ignore")
+from mpi4py import MPI
+import shellmb as sm
+from tests.reduced.test_impacts import panel
+from tests.reduced.test_terms import cubic_spring
+skin = sm.Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
+shape = sm.Rectangle(1.0, 0.4)
+plate = sm.Shell("plate", shape, skin, (8, 4), model=sm.Modal(1), terms=(cubic_spring,))
+more = dict(supports=sm.Clamped("left"), loads=sm.SurfaceForce((0, 0, 300.0)))
+sprung = sm.Scene("sprung", plate, **more, scheme="ep", dt=2e-3, t_end=0.04)
+for scene in (panel(sm.Modal(4)), sprung):
+    (found,) = sm.run(scene, pictures=False).summary["warnings"]
+    if MPI.COMM_WORLD.rank == 0:
+        print(found["watch"], format(found["value"], ".6f"))
+"""
+
+
+@pytest.mark.mpi
+def test_two_ranks_say_what_one_does(mpirun: Callable[..., str]) -> None:
+    """Of impacts, and of terms that do nothing at rest."""
+    source = RANKED.format(folder=str(Path(__file__).parents[2]))
+    one, two = (mpirun(ranks, "-c", source) for ranks in (1, 2))
+    assert one == two and one.count("\n") == 2
+    assert one.startswith("impacts on modes 0.950") and "terms on modes" in one
