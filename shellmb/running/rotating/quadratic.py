@@ -14,7 +14,6 @@ from slepc4py import SLEPc
 
 import numpy as np
 
-from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.simulate.eigenmodes import ROUND_OFF
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, Inertia, new_prefix, use_mumps
@@ -237,15 +236,15 @@ def _shapes(zero: Sequence[Pair], least: int, M: PETSc.Mat) -> list[Pair]:
     return found
 
 
-def _round_off(A: PETSc.Mat, M: PETSc.Mat, pairs: Sequence[Pair]) -> Floats:
-    """Round-off of `v^T A v/(v^T M v)` of the larger part of each vector."""
-    return quotients(A, M, [max(p[1:], key=lambda vector: vector.norm()) for p in pairs])[1]
+def _round_off(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> float:
+    """Round-off of `v^T A v/(v^T M v)` of the larger part of a vector."""
+    return float(quotients(A, M, [max(pair[1:], key=lambda vector: vector.norm())])[1][0])
 
 
 def _above(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> complex:
     """`v^H A v/(v^H M v)`; zero where it may be round-off."""
     size = product(A, pair, pair) / product(M, pair, pair)
-    return size if abs(size) > ROUND_OFF * _round_off(A, M, [pair])[0] else 0.0
+    return size if abs(size) > ROUND_OFF * _round_off(A, M, pair) else 0.0
 
 
 def _cleared(
@@ -419,7 +418,7 @@ class Relaxing:
 
     def _pole(self, s: complex, v: Pair) -> Pair:
         """The pole from a first one and its shape, by Newton's method."""
-        begin, (round_off,) = s, _round_off(self.K, self.M, [v])
+        begin, round_off = s, _round_off(self.K, self.M, v)
         for _ in range(STEPS):
             x = self._inverse(s, v)
             step = product(self.M, v, v) / product(self.M, v, x)
