@@ -4,12 +4,13 @@ import math
 from collections.abc import Hashable
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from dolfinx import fem
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
@@ -17,6 +18,7 @@ from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.natural import NaturalStress
 from shellmb.native.assembler import is_native
 from shellmb.preprocessing.bodyfields import (
+    NONE,
     body_directors,
     body_field,
     kinematic_dofs,
@@ -88,12 +90,8 @@ class Problem:
         self.steps: dict[str, StepForms] = {}
         for body in model.bodies:
             self._add(body)
-        names = [
-            (b.name, s)
-            for s in (*scheme.stages, JUMP)
-            for b in model.bodies
-            if s in self.levels[b.name].unknown
-        ]
+        stages = (*scheme.stages, JUMP)
+        names = [(n, s) for s in stages for n, own in self.levels.items() if s in own.unknown]
         self._index = {key: k for k, key in enumerate(names)}
         self._bodies = {b.name: b for b in model.bodies}
         # bodies and stages whose given values do not change in time, and are in place
@@ -115,8 +113,7 @@ class Problem:
         self.system.couplings.extend(self.couplings)
         solver = model.scene.solver
         kind = "linear " if scheme.linear else "" if scheme.dynamic else "static "
-        newton = f"{kind}{solver.newton}"
-        settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
+        settings = NewtonSettings(solver.tolerance, solver.max_iterations, kind + solver.newton)
         reduction = Reduction if solver.solve == "reduced" and is_native() else None
         self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
@@ -216,7 +213,19 @@ class Problem:
         )
         columns = [self._index[body.name, s] for s in self.scheme.stages]
         terms = residual_terms(self.forms[body.name][stage].terms, columns)
-        return replace(field, directors=self._directors(body, stage), terms=terms)
+        kept = self._kept(body) if jump and self.model.slides else NONE
+        return replace(field, directors=self._directors(body, stage), terms=terms, kept=kept)
+
+    def _kept(self, body: Body) -> Int32s:
+        """Multipliers of directors that joints act on: unknown in the joints' cells; collective."""
+        declared = body_directors(body)
+        if declared is None:
+            return NONE
+        links = (link for other in self.model.bodies for link in other.links)
+        here = [NONE, *(k.targets for k in links if k.body == body.name)]
+        linked = np.concatenate([*chain(*self.model.comm.allgather(here))])
+        joined = np.isin(body.mixed.numbers(declared.dofs), linked).any(axis=1)
+        return declared.multipliers[joined].ravel()
 
     def _directors(self, body: Body, stage: str) -> Directors | None:
         """The directors of a stage, with the start of its sub-interval."""
@@ -225,18 +234,15 @@ class Problem:
             return None
         # where velocities are unknown, too, directors and these are on one path
         for rate, velocity in levels.scaled.items():
-            numbers = {
-                key: self._index[body.name, s]
-                for key, s in (("state", END), ("rate", rate))
-                if s != stage
-            }
-            alpha = self.scheme.dissipation()[0]
-            more = {
-                "before": levels.q,
-                "start_velocity": velocity,
-                "massless": body.manifold.inertialess,
-            }
-            return DirectorPath(**vars(declared) | more | numbers, alpha=alpha)
+            state, other = (-1 if s == stage else self._index[body.name, s] for s in (END, rate))
+            return DirectorPath(
+                **vars(declared) | {"before": levels.q},
+                start_velocity=velocity,
+                alpha=self.scheme.dissipation()[0],
+                state=state,
+                rate=other,
+                massless=body.manifold.inertialess,
+            )
         found = self.forms[body.name][stage].stage
         if found is None:
             # jumps of velocities are tangent at the middle of the first sub-interval

@@ -159,6 +159,7 @@ class Field:
         directors: Nodes whose values are constrained node by node.
         terms: More forms of the residual, at functions that follow the unknown ones, and perhaps of
             those of other fields, too.
+        kept: Local dofs that no cell eliminates, because what determines them is of other cells.
     """
 
     name: str
@@ -171,6 +172,7 @@ class Field:
     elementwise: Int32s = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     directors: Directors | None = None
     terms: tuple[ResidualTerm, ...] = ()
+    kept: Int32s = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
 
     @property
     def forms(self) -> list[Form]:

@@ -46,7 +46,8 @@ class ReducedNumbers:
     Args:
         nodes: Nodes of the unreduced system.
         cells: The cells of all meshes.
-        kept: Local dofs that are not eliminated: more than cells may act on them.
+        kept: Local dofs that are not eliminated, beside those of fields: more than cells may act on
+                them.
 
     Attributes:
         right: Unknowns by reduced unknowns.
@@ -62,9 +63,10 @@ class ReducedNumbers:
     def __init__(
         self, nodes: SystemNodes, cells: list[MeshCells], kept: Sequence[Ints] = ()
     ) -> None:
-        self.kept = np.concatenate([*kept, np.zeros(0, dtype=np.int64)])
         self.system, n = nodes.system, nodes.system.numbering
         self.fields, self.full = self.system.fields, nodes.full
+        of_fields = (k + field.kept for k, field in zip(n.offsets, self.fields, strict=False))
+        self.kept = np.concatenate([*kept, *of_fields])
         self.nodes, self._rows = nodes.sets, nodes.rows
         self.multipliers_of = nodes.multipliers
         local = n.local_to_global - n.start
