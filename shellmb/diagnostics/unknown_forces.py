@@ -14,7 +14,7 @@ SHARE = 0.1
 TURNS = 0.8
 # steps from which on that can be told
 STEPS = 50
-# part of the largest force, or torque: below is round-off
+# part of the largest force, or torque over the size of the scene: below is round-off
 NOTHING = 1e-9
 # part of a force: a component below it, as friction that is a thousandth of the pressure, is none
 SLIGHT = 1e-3
@@ -36,7 +36,7 @@ class Alternating(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """Warnings about the means and end values that alternate most."""
-        scheme, rows = simulation.scheme, self.sources.history.rows
+        scheme, rows, length = simulation.scheme, self.sources.history.rows, simulation.model.length
         if not scheme.dynamic or len(rows) <= STEPS:
             return
         # one that dissipates already has nothing more to damp it with
@@ -48,37 +48,39 @@ class Alternating(Watch):
                 "violate constraints a little, or something vibrates faster than the steps "
                 f"resolve; use {ways}, or --end-forces for means without alternation"
             )
-            yield from self._judged("", says)
+            yield from self._judged("", says, length)
             return
         why = "times its mean over two: something vibrates faster than steps resolve; use"
         says = f"alternates from step to step, by {{share:.2g}} {why} {ways}"
-        yield from self._judged("_mean", says)
+        yield from self._judged("_mean", says, length)
         says = (
             f"at the ends of steps alternates, by {{share:.2g}} {why} means over steps, or {ways}"
         )
-        yield from self._judged("_end", says)
+        yield from self._judged("_end", says, length)
         says = (
             "at the ends of steps is not what it is over steps, by {share:.2g} times that: "
             f"something vibrates faster than steps resolve; use means over steps, or {ways}"
         )
-        yield from self._judged("_end", says, "_mean")
+        yield from self._judged("_end", says, length, "_mean")
 
-    def _judged(self, ending: str, says: str, beside: str | None = None) -> Cautions:
+    def _judged(self, ending: str, says: str, length: float, beside: str | None = None) -> Cautions:
         """A sentence about the columns that alternate, or are apart.
 
         Args:
             ending: That of the columns.
             says: What is wrong, and what to do.
+            length: Size of the scene, m.
             beside: Ending of the columns of means that values at the ends of steps are compared
                 with; None: they are looked at by themselves.
         """
         rows, found = self.sources.history.rows, []
         others = () if beside is None else _units(rows, beside)
         means = {_bare(names[0]): names for unit in others for names in unit}
-        for unit in _units(rows, ending):
-            series = [(names, _series(rows, names)) for names in unit]
-            least = NOTHING * max((_size(f) for _, f in series), default=0.0)
-            for names, f in series:
+        units = [[(n, _series(rows, n)) for n in unit] for unit in _units(rows, ending)]
+        force, torque = (max((_size(f) for _, f in unit), default=0.0) for unit in units)
+        largest = max(force, torque / length)
+        for unit, least in zip(units, (NOTHING * largest, NOTHING * largest * length), strict=True):
+            for names, f in unit:
                 if _size(f) <= least:
                     continue
                 whole = _bare(names[0])

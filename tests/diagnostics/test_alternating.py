@@ -17,6 +17,7 @@ from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Contact,
+    Cylindrical,
     Driver,
     Gravity,
     InitialVelocity,
@@ -29,6 +30,7 @@ from shellmb.scene import (
     RigidBody,
     Scene,
     Spring,
+    Universal,
 )
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving
@@ -77,7 +79,7 @@ def test_what_is_advised(scheme: Any) -> None:
     rows = [{"motor.torque": (-1.0) ** k} for k in range(60)]
     watch = Alternating(cast(Sources, SimpleNamespace(history=SimpleNamespace(rows=rows))))
     output, mechanism = SimpleNamespace(end_forces=False), SimpleNamespace(joints={})
-    scene, model = SimpleNamespace(output=output), SimpleNamespace(mechanism=mechanism)
+    scene, model = SimpleNamespace(output=output), SimpleNamespace(mechanism=mechanism, length=1.0)
     run = SimpleNamespace(scheme=scheme, scene=scene, model=model)
     (caution,) = watch.cautions(cast(Simulation, run))
     assert ("--scheme" in caution.says) == (scheme.dissipation()[0] == 0)
@@ -221,6 +223,39 @@ def test_a_component_that_counts_is_compared_with_itself() -> None:
         rows = [row | {"pid.hub.F3": row["hub.F3"], "pid.hub.F1": 1.0} for row in rows]
         watch = Alternating(cast(Sources, SimpleNamespace(history=SimpleNamespace(rows=rows))))
         scene = SimpleNamespace(output=SimpleNamespace(end_forces=False))
-        run = SimpleNamespace(scheme=EnergyPreserving(), scene=scene)
+        model = SimpleNamespace(length=1.0)
+        run = SimpleNamespace(scheme=EnergyPreserving(), scene=scene, model=model)
         found = [*watch.cautions(cast(Simulation, run))]
         assert [c.says.split("'")[1] for c in found] == ["hub.F1"] * count
+
+
+def test_forces_that_torques_do_not_need_are_round_off() -> None:
+    """A driven cardan shaft has torques alone: the forces of its joints are 1e-14 of these."""
+    bend = 0.5
+    along = np.array([math.sin(bend), 0.0, math.cos(bend)])
+    inertia = (0.01, 0.01, 0.02)
+    shaft = Scene(
+        "shaft",
+        rigid_bodies=[
+            RigidBody("in", 1.0, inertia, position=(0, 0, -0.2)),
+            RigidBody("out", 1.0, inertia, position=tuple(0.2 * along)),
+        ],
+        joints=[
+            Revolute("front", GROUND, "in", at=(0, 0, -0.2), axis=(0, 0, 1)),
+            Universal(
+                "cross",
+                "in",
+                "out",
+                at=(0, 0, 0),
+                axis=(0, 1, 0),
+                second_axis=(math.cos(bend), 0, -math.sin(bend)),
+            ),
+            Cylindrical("rear", GROUND, "out", at=tuple(0.2 * along), axis=tuple(along)),
+        ],
+        redundant="drop",
+        drivers=Driver("motor", "front", rotation=lambda t: 6 * t * t),
+        scheme="ep",
+        dt=1e-2,
+        t_end=0.6,
+    )
+    assert not said(shaft)
