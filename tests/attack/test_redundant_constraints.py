@@ -343,5 +343,5 @@ def test_only_loops_are_looked_through(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(loop) == 3 and size > 0
     assert found(linkage(closed=True, hanging=7)) == loop and sum(looked) == size
     # all of them looked through find the same
-    monkeypatch.setattr(redundancy, "looped", lambda rows, *_: rows)
+    monkeypatch.setattr(redundancy.tied, "looped", lambda rows, *_: rows)
     assert found(linkage(closed=True, hanging=7)) == loop and sum(looked) > 2 * size

@@ -56,7 +56,7 @@ def judged(kind: Any, scheme: Any = None, **sources: Any) -> list[RunWarning]:
     simulation: Any = SimpleNamespace(
         scheme=scheme or EnergyPreserving(),
         scene=STILL if kind is not Alternating else control,
-        model=SimpleNamespace(mechanism=SimpleNamespace(joints={})),
+        model=SimpleNamespace(mechanism=SimpleNamespace(joints={}), length=1.0),
         t=1.0,
     )
     sources = {"rotations": SimpleNamespace(turns={})} | sources

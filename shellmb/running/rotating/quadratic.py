@@ -159,9 +159,16 @@ def told_from_zero(
         return list(pairs)
     mixed = MIXED if is_symmetric(C) else TILTED
     found = [pair for pair in pairs if abs(pair.value) >= NEUTRAL * shift]
-    for pair in _cleared(slow, K, C, M, shift):
-        value = _nearest([1.0, *(_above(A, M, pair) for A in (C, K))], pair.value)
+    near = NEUTRAL * shift
+    solver = _factored(K + near * C + near**2 * M)
+    for pair in slow:
+        clear = _cleared(pair, C, M, solver, near)
+        value = _quotient(clear, K, C, M)
         if abs(value - pair.value) < BESIDE * shift:
+            # what is left of fast ones is little now
+            for _ in range(2):
+                clear = _cleared(clear._replace(value=value), C, M, solver, near)
+                value = _quotient(clear, K, C, M)
             still = abs(value) < mixed * shift
             found.append(pair._replace(value=STILL * pair.value if still else value))
     return sorted(found, key=lambda pair: abs(pair.value))
@@ -247,18 +254,28 @@ def _above(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> complex:
     return size if abs(size) > ROUND_OFF * _round_off(A, M, pair) else 0.0
 
 
-def _cleared(
-    pairs: Sequence[Pair], K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, shift: float
-) -> Iterator[Pair]:
-    """Pairs without what Arnoldi's method mixes into them: fast ones, and violated constraints."""
-    near = NEUTRAL * shift
-    solver = _factored(K + near * C + near**2 * M)
-    for pair in pairs:
-        s, (_, a, b) = pair.value + near, pair
-        found = a.duplicate(), b.duplicate()
-        solver.solve(s.real * (M * a) - s.imag * (M * b) + C * a, found[0])
-        solver.solve(s.real * (M * b) + s.imag * (M * a) + C * b, found[1])
-        yield Pair(pair.value, *found)
+def _quotient(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> complex:
+    """Eigenvalue of a slow vector."""
+    return _nearest([1.0, *(_above(A, M, pair) for A in (C, K))], pair.value)
+
+
+def _cleared(pair: Pair, C: PETSc.Mat, M: PETSc.Mat, solver: PETSc.KSP, near: float) -> Pair:
+    """A pair without what Arnoldi's method mixes into it: fast ones, and violated constraints.
+
+    Args:
+        pair: The pair, beside zero.
+        C: Damping and gyroscopic terms.
+        M: Mass.
+        solver: Has factors of the whole `near` zero.
+        near: Where that is, 1/s.
+    """
+    s, (_, a, b) = pair.value + near, pair
+    found = a.duplicate(), b.duplicate()
+    solver.solve(s.real * (M * a) - s.imag * (M * b) + C * a, found[0])
+    solver.solve(s.real * (M * b) + s.imag * (M * a) + C * b, found[1])
+    # of size one: zeros grow in each
+    size = math.hypot(*(part.norm() for part in found))
+    return Pair(pair.value, *(1 / size * part for part in found))
 
 
 def _factored(A: PETSc.Mat) -> PETSc.KSP:
