@@ -308,7 +308,7 @@ def test_command(tmp_path: Path) -> None:
     assert "drift" in done.output
     for wrong, said in (
         (["--mesh", "4x4"], "holds a run, which has its own mesh"),
-        (["--check"], "is given with a state of a run"),
+        (["--check"], "is given with a state or --buckling"),
         (["--rate", "1,2"], "a state has one finite rate"),
     ):
         done = CliRunner().invoke(app, ["modes", run, *wrong, "--out", out + "2"])

@@ -39,6 +39,8 @@ MIXED, TILTED = 1e-8, 3e-5
 # Arnoldi's method may find zeros whose vectors have others, farther than this part of the shift:
 # they are none (4e-3 and 8e-6 were seen)
 BESIDE = 3e-4
+# times that vectors are cleared: once left a hundredth of the shift
+CLEARED = 3
 
 # all that is so slow is nearer to the shift than this part of it, and found before what is not
 BEYOND = 1.01
@@ -162,15 +164,14 @@ def told_from_zero(
     near = NEUTRAL * shift
     solver = _factored(K + near * C + near**2 * M)
     for pair in slow:
-        clear = _cleared(pair, C, M, solver, near)
-        value = _quotient(clear, K, C, M)
-        if abs(value - pair.value) < BESIDE * shift:
-            # what is left of fast ones is little now
-            for _ in range(2):
-                clear = _cleared(clear._replace(value=value), C, M, solver, near)
-                value = _quotient(clear, K, C, M)
-            still = abs(value) < mixed * shift
-            found.append(pair._replace(value=STILL * pair.value if still else value))
+        clear = pair
+        # what the first one leaves of fast ones is little for the last
+        for _ in range(CLEARED):
+            clear = _cleared(clear, C, M, solver, near)
+            clear = clear._replace(value=_quotient(clear, K, C, M))
+        if abs(clear.value - pair.value) < BESIDE * shift:
+            still = abs(clear.value) < mixed * shift
+            found.append(clear._replace(value=STILL * pair.value) if still else clear)
     return sorted(found, key=lambda pair: abs(pair.value))
 
 
