@@ -58,7 +58,7 @@ MAX_MODULES, NO_ROOM = 12, {"demos"}
 # exceeded, and whoever lands less writes down less. A core that stands beside the one that it
 # replaces is added as a term of its own, with the name of the branch that takes it away again.
 # 3 658 of the lines of Python are relaxation, responses, failure, exchange and membranes.
-MOST_LINES = {"Python": 54_268, "C": 2_035}
+MOST_LINES = {"Python": 54_266, "C": 2_035}
 # so much less than that, and it has to be written down
 LESS = 300
 
