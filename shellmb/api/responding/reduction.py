@@ -237,6 +237,8 @@ def scipy_matrix(A: PETSc.Mat) -> sp.csr_array:
 
 def refined(pair: Pair, matrices: Sequence[sp.csr_array]) -> complex:
     """The eigenvalue to the square of the error of its vectors, from the right and the left one."""
+    from shellmb.running.rotating.quadratic import nearest_root
+
     v = pair.real.array + 1j * pair.imaginary.array
     whole = sum(pair.value**power * A for A, power in zip(matrices, (2, 1, 0), strict=True))
     try:
@@ -245,8 +247,7 @@ def refined(pair: Pair, matrices: Sequence[sp.csr_array]) -> complex:
         # it is an eigenvalue to the last digit
         return pair.value
     left, v = inner.solve(v, "T"), inner.solve(v)
-    roots = np.roots([left @ (A @ v) for A in matrices])
-    return complex(min([*roots, np.inf], key=lambda root: abs(root - pair.value)))
+    return nearest_root([left @ (A @ v) for A in matrices], pair.value)
 
 
 def lowest_modes(

@@ -294,7 +294,7 @@ def _by_shape(
         force = SMALL * slowest * min(b.bending[1] * b.domain.length for b in bodies)
         step = LONG / float(np.sqrt(slowest))
     ends = np.cumsum([len(part) for part, *_ in moved])[:-1]
-    parts = zip(names, np.split(x, ends), np.split(force / far * u, ends), strict=True)
+    parts = zip(names, np.split(x, ends), np.split(force / (far or 1.0) * u, ends), strict=True)
     more = {name: getattr(scene, name) for name in KEPT} | {
         "supports": tuple(s.still for s in scene.supports),
         "loads": [SurfaceForce(Polynomial(*values), body=name) for name, *values in parts],

@@ -39,7 +39,7 @@ MIXED, TILTED = 1e-8, 3e-5
 # Arnoldi's method may find zeros whose vectors have others, farther than this part of the shift:
 # they are none (4e-3 and 8e-6 were seen)
 BESIDE = 3e-4
-# times that vectors are cleared: once left a hundredth of the shift
+# times that vectors are cleared: once left 3e-3 of the shift
 CLEARED = 3
 
 # all that is so slow is nearer to the shift than this part of it, and found before what is not
@@ -257,7 +257,7 @@ def _above(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> complex:
 
 def _quotient(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> complex:
     """Eigenvalue of a slow vector."""
-    return _nearest([1.0, *(_above(A, M, pair) for A in (C, K))], pair.value)
+    return nearest_root([1.0, *(_above(A, M, pair) for A in (C, K))], pair.value)
 
 
 def _cleared(pair: Pair, C: PETSc.Mat, M: PETSc.Mat, solver: PETSc.KSP, near: float) -> Pair:
@@ -296,11 +296,11 @@ def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
     """
     if pair.value.imag == 0:
         return pair
-    value = _nearest([product(A, pair, pair) for A in (M, C, K)], pair.value)
+    value = nearest_root([product(A, pair, pair) for A in (M, C, K)], pair.value)
     return pair._replace(value=value)
 
 
-def _nearest(parts: Sequence[complex], value: complex) -> complex:
+def nearest_root(parts: Sequence[complex], value: complex) -> complex:
     """The root of a polynomial that is nearest to a value; the value itself without any."""
     nearest = min([*np.roots(parts), np.inf], key=lambda root: abs(root - value))
     return complex(nearest) if np.isfinite(nearest) else value
